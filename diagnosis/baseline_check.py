@@ -40,6 +40,7 @@ from carrierflex.diagnosis.wiring.lone_channels import (
     drifting_gain,
     drifting_zeros,
     filtered_signals,
+    late_load,
     lone_rivals,
     saturating_channel,
 )
@@ -240,7 +241,9 @@ def _lone_and_load_rivals(
     # A size that is fitted takes something of every gap: it must explain nearly all.
     linear = _linear_records(wiring, campaign, theta)
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
-    for faults_of in (filtered_signals, drifting_zeros, drifting_gain, saturating_channel):
+    for faults_of in (
+        filtered_signals, drifting_zeros, drifting_gain, late_load, saturating_channel,
+    ):  # fmt: skip
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
     spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
     # Either is white noise too.

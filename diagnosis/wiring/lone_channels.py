@@ -23,7 +23,7 @@ from typing import Annotated
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import lfilter
 
 from carrierflex.diagnosis.wiring.linear_records import (
@@ -92,6 +92,8 @@ _WHITE = 0.8
 _FILTERS = range(0, 14)
 #: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
+#: Delay and time of a filter of a load, over the times above.
+_LATE_AND_FILTERED = np.array([(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
 #: Refits at most that seek its size, and octaves to which they seek it: two digits.
 _MOST_REFITS, _OCTAVES = 10, 0.015
 #: Where a channel saturates, over its largest reading, at least.
@@ -370,6 +372,59 @@ def drifting_gain(
         yield WiringRival(INPUT_GAIN, name, text, square, sample_of(campaign.runs[0].file, 0))
 
 
+def late_load(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """One of several loads that lags behind the signals, late and behind a first-order low-pass.
+
+    What acts is ``u(t) = (1 + tau d/dt) u_read(t + d)``, and a linear machine answers it by the
+    same of its answer. The arguments are those of :func:`drifting_zeros`.
+    """
+    if campaign.kind != "mounting":
+        return
+    linear = list(records)
+    runs = {run.name: run for run in campaign.runs}
+    times = mean_step(campaign.runs[0].time) * 2.0 ** _SHARED_FILTERS[::2]
+    lags = np.concatenate([np.outer(times, split) for split in _LATE_AND_FILTERED])
+    for name in LOADS:
+        answers = [_answer_to(record, runs[record.run], name) for record in linear]
+        # What any lag makes of the answer lies nearly among the answers some times ago.
+        any_lag = _sums(map(partial(_with_answers, times), linear, answers))
+        if any_lag is None or any_lag.mean_square > gap.remaining(_SCREENED):
+            continue
+
+        def residual(lag: FloatArray, answers: Sequence[FloatArray] = answers) -> float:
+            """Mean square beside the fitted baseline once the answer to the load is earlier."""
+            sums = _sums(map(partial(_with_earlier, lag), linear, answers))
+            return np.inf if sums is None else sums.mean_square
+
+        nearest = min(lags, key=residual)
+        best = minimize(
+            residual,
+            nearest,
+            bounds=[(0.0, None)] * 2,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": nearest + 0.5 * nearest.max() * np.eye(3, 2, -1),
+                "xatol": _OCTAVES * nearest.max(),
+                "fatol": np.inf,
+            },
+        )
+        late, tau = lag = best.x
+        changed = tuple(
+            replace(run, inputs={**run.inputs, name: _earlier(lag, run.time, run.inputs[name])})
+            for run in campaign.runs
+        )
+        square = refitted(replace(campaign, runs=changed))
+        if square <= gap.enough:
+            text = f"{name} put right, which is {late:.2g} s late and filtered with {tau:.2g} s,"
+            line = sample_of(campaign.runs[0].file, 0)
+            yield WiringRival(FILTERED_CHANNEL, name, text, square, line)
+
+
 def saturating_channel(
     records: Iterable[LinearRecord],
     campaign: Campaign,
@@ -417,6 +472,31 @@ def saturating_channel(
 def _with_columns(record: LinearRecord, values: FloatArray) -> LinearRecord:
     """Record whose first columns of all runs are some values, shape ([k,] n, n_channels)."""
     return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
+
+
+def _answer_to(record: LinearRecord, run: Run, name: str) -> FloatArray:
+    """Answer to one load, zero where it does not act; shape (n, n_channels)."""
+    answers = {answer.load: answer.response for answer in load_answers(record, run)}
+    return answers.get(name, np.zeros_like(record.predicted))
+
+
+def _earlier(lag: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
+    """Values before they were late by ``lag[0]`` and filtered by ``lag[1]``."""
+    spline = CubicSpline(time, values)
+    at = np.minimum(time + lag[0], time[-1])
+    return np.asarray(spline(at) + lag[1] * spline(at, 1))
+
+
+def _with_answers(times: FloatArray, record: LinearRecord, answer: FloatArray) -> LinearRecord:
+    """Record whose first columns of all runs are the answer to a load, earlier by some times."""
+    shifts = [_earlier(np.array([time, 0.0]), record.time, answer) - answer for time in times]
+    return _with_columns(record, np.array(shifts))
+
+
+def _with_earlier(lag: FloatArray, record: LinearRecord, answer: FloatArray) -> LinearRecord:
+    """Record whose answer to a load is earlier."""
+    change = _earlier(lag, record.time, answer) - answer
+    return replace(record, predicted=record.predicted + change, residual=record.residual - change)
 
 
 def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> LinearRecord:

@@ -1,9 +1,11 @@
 """A torque whose readings have noise, or whose gain drifts, beside radial loads read rightly."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from carrierflex.workflows.diagnosis.examination import examined
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
@@ -35,6 +37,14 @@ def noisy(torque, time):
     return torque + 1e4 * rng.standard_normal(torque.size)
 
 
+def late(torque, time):
+    """Behind a low-pass of 0.3 s, and 0.2 s late."""
+    step = time[1] - time[0]
+    share = step / (0.3 + step)
+    slow = lfilter([share], [1.0, share - 1.0], torque)
+    return np.interp(time - 0.2, time, slow)
+
+
 def as_read(torque, time):
     return torque
 
@@ -52,9 +62,20 @@ def test_noise_of_the_torque_that_the_machine_does_not_feel_is_told():
     assert "in the readings of torque" in text
 
 
+def test_a_torque_behind_the_radial_loads_is_told_with_its_delay_and_its_filter():
+    about, text = told(late)["wiring/filtered_channel"]
+    assert about == "torque"
+    delay, filtering = map(
+        float, re.search(r"(\S+) s late and filtered with (\S+) s", text).groups()
+    )
+    assert delay == pytest.approx(0.2, abs=0.05)
+    assert filtering == pytest.approx(0.3, abs=0.05)
+
+
 @pytest.mark.parametrize("values", [{}, {"starboard_excess": 0.2}])
-def test_a_torque_as_it_was_has_neither_noise_nor_a_drifting_gain(values):
-    assert not {"wiring/load_noise", "wiring/input_gain"} & set(told(as_read, values))
+def test_a_torque_as_it_was_is_not_accused(values):
+    faults = {"wiring/load_noise", "wiring/input_gain", "wiring/filtered_channel"}
+    assert not faults & set(told(as_read, values))
 
 
 @pytest.mark.long
