@@ -35,7 +35,7 @@ _RUN = (
 _CLOCK = ("wiring/clock", "clock", "delay", "sensor_delay", "clock/delay", "sampling_gap")
 _FILTER = ("wiring/filtered_channel", *_CLOCK)
 _LOAD = ("wiring/load_zero", "wiring/input_gain", "quantised")
-_RIG = ("bound", "prior", "unit")
+_RIG = ("bound", "prior", "unit", "wiring/rig_length")
 _DRIFT = (
     "drift", "thermal_drift", "run_variation", "wiring/run", "housing/offset/time", "wiring/drift",
 )  # fmt: skip

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
+from scipy.optimize import linear_sum_assignment, minimize_scalar
 
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_of
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
@@ -21,6 +21,7 @@ from carrierflex.diagnosis.wiring.refits import (
     LOADS,
     POLARITY,
     RADIAL_LOADS,
+    RIG_LENGTH,
     SENSOR_ORDER,
     TORQUE_SIGN,
     WiringRival,
@@ -34,6 +35,8 @@ MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 _TURNED = -0.2
 #: Square that an exchange of sensors must leave of what the stated order leaves.
 _EXCHANGED = 0.5
+#: Step of a length over it, the range in which it is sought, and the refits at most.
+_LENGTH_STEP, _LENGTHS, _LENGTH_REFITS = 0.1, (0.6, 1.7), 12
 #: Relative error of a load that a campaign's own instruments may have: below, nothing is tried.
 _SMALLEST_GAIN = 0.02
 
@@ -74,7 +77,36 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
         rivals.append(_with_reversed(problem, reversed_channels))
     gains = _gain_rivals(problem, measured)
     best = min(gains, key=lambda rival: rival.mean_square, default=None)
-    return (*rivals, *([best] if best else []))
+    return (*rivals, *([best] if best else []), *_bearing_rival(problem))
+
+
+def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
+    """Baseline refitted with the main bearing elsewhere.
+
+    None where a parabola through three places promises that more than half is left.
+    """
+    key = "main_bearing_x"
+    stated = getattr(problem.model.rig, key)
+
+    def square(x: float) -> float:
+        """Mean square with the main bearing there."""
+        model = replace(problem.model, rig=replace(problem.model.rig, **{key: x}))
+        return mean_square_of(replace(problem, model=model))
+
+    squares = [square(stated * (1.0 + step)) for step in (-_LENGTH_STEP, 0.0, _LENGTH_STEP)]
+    parabola = np.polyfit((-1.0, 0.0, 1.0), squares, 2)
+    vertex = float(np.clip(-0.5 * parabola[1] / parabola[0], -1.0, 1.0))
+    if min(np.polyval(parabola, vertex), *squares) > _EXCHANGED * squares[1]:
+        return
+    best = minimize_scalar(
+        square,
+        bounds=stated * np.array(_LENGTHS),
+        method="bounded",
+        options={"maxiter": _LENGTH_REFITS, "xatol": 1e-3 * stated},
+    )
+    x = float(best.x)
+    text = f"the main bearing {x:.3g} m upwind of the bushings, not {stated:.3g} m,"
+    yield WiringRival(RIG_LENGTH, key, text, float(best.fun), key_of("[rig]", key))
 
 
 def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[WiringRival]:

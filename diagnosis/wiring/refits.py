@@ -38,6 +38,8 @@ LOAD_ZERO = "wiring/load_zero"
 ANGLE_ZERO = "wiring/angle_zero"
 ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
+#: A length of the rig that is not as stated.
+RIG_LENGTH = "wiring/rig_length"
 #: Zeros of channels that drift over every run.
 DRIFT = "wiring/drift"
 #: Readings spoilt sample by sample.
