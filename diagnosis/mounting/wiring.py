@@ -85,12 +85,12 @@ def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
 
     None where a parabola through three places promises that more than half is left.
     """
-    key = "main_bearing_x"
-    stated = getattr(problem.model.rig, key)
+    rig = problem.model.rig
+    stated = rig.main_bearing_x
 
     def square(x: float) -> float:
         """Mean square with the main bearing there."""
-        model = replace(problem.model, rig=replace(problem.model.rig, **{key: x}))
+        model = replace(problem.model, rig=replace(rig, main_bearing_x=x))
         return mean_square_of(replace(problem, model=model))
 
     squares = [square(stated * (1.0 + step)) for step in (-_LENGTH_STEP, 0.0, _LENGTH_STEP)]
@@ -106,6 +106,7 @@ def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
     )
     x = float(best.x)
     text = f"the main bearing {x:.3g} m upwind of the bushings, not {stated:.3g} m,"
+    key = "main_bearing_x"
     yield WiringRival(RIG_LENGTH, key, text, float(best.fun), key_of("[rig]", key))
 
 
