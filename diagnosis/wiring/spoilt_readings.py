@@ -12,6 +12,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
@@ -48,9 +49,9 @@ _IS_NOISE = 0.25
 #: Share of what is predicted on such lines that the signal does not follow, noise and no load, and
 #: that over its standard deviation.
 _UNFOLLOWED, _SURE = 0.1, 2.0
-#: Predicted over observed mean square: noise seen through a resonance is that of few lines, and
-#: leads the fit astray.
-_AS_PREDICTED = (0.6, 1.4)
+#: Predicted over observed mean square, at least: noise seen through a resonance is that of few
+#: lines, which are smoothed over their neighbours.
+_AS_PREDICTED, _SMOOTHED_LINES = 0.6, 9
 
 
 def jittered_samples(
@@ -111,7 +112,7 @@ class _PassedOn:
 
     share: Annotated[float, "Square of the noise over that of the load"]
     n_runs: Annotated[int, "Runs in which the load acts"]
-    square: Annotated[float, "Square of what is predicted of the noise"]
+    square: Annotated[float, "Square of what is predicted of the noise, and remains"]
     unfollowed: Annotated[float, "On lines of noise, what of the prediction the signal lacks"]
     variance: Annotated[float, "Of `unfollowed`"]
     predicted: Annotated[float, "Square of the prediction on these lines"]
@@ -150,10 +151,9 @@ def noisy_load(
             of_run = _passed_on(answer, residual)
             before = of_load.get(answer.load)
             of_load[answer.load] = of_run if before is None else before + of_run
-    low, high = _AS_PREDICTED
     for name, passed_on in of_load.items():
         square = passed_on.square / n_samples
-        is_as_large = low <= square / (gap.before - gap.floor) <= high
+        is_as_large = square >= _AS_PREDICTED * (gap.before - gap.floor)
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
@@ -174,13 +174,20 @@ def _passed_on(answer: LoadAnswer, residual: FloatArray) -> _PassedOn:
     total = _PassedOn(share, 1, 0.0, 0.0, 0.0, 0.0)
     for response, of_channel in zip(answer.response.T, residual.T, strict=True):
         P, R = _spectrum(response), _spectrum(of_channel)
+        # A fit that the noise leads astray has its resonance elsewhere, or higher.
+        passed_on = uniform_filter1d(of_line * np.abs(P) ** 2, _SMOOTHED_LINES)
+        remaining = uniform_filter1d(np.abs(R) ** 2, _SMOOTHED_LINES)
+        square = 2.0 * float(np.minimum(passed_on, remaining).sum())
+        P, R = P[is_noise], R[is_noise]
+        # Every line counts alike: of the squares themselves few lines of a resonance are all.
+        weight = 1.0 / np.maximum(np.abs(P) ** 2 + np.abs(R) ** 2, np.finfo(float).tiny)
         total += _PassedOn(
             0.0,
             0,
-            square=2.0 * float(of_line @ np.abs(P) ** 2),
-            unfollowed=-float(np.sum((R * P.conj()).real[is_noise])),
-            variance=0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2)),
-            predicted=float(np.sum(np.abs(P[is_noise]) ** 2)),
+            square=square,
+            unfollowed=-float(weight @ (R * P.conj()).real),
+            variance=0.5 * float(np.sum(np.abs(weight * R * P) ** 2)),
+            predicted=float(weight @ np.abs(P) ** 2),
         )
     return total
 

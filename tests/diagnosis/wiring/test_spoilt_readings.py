@@ -94,6 +94,17 @@ def test_noise_of_a_load_that_the_machine_does_not_feel_is_told():
     assert "readings of force" in text
 
 
+def test_noise_of_a_load_that_leads_the_fit_astray_is_told():
+    # About the fit the resonance is too high: it passes on more of the noise than the gap holds.
+    def noisy(load, q, time, rng):
+        draws = np.random.default_rng([0, int(1e6 * load.std())])
+        return load + 0.02 * np.abs(load).max() * draws.standard_normal(load.size), q
+
+    share, text = rivals(noisy)[LOAD_NOISE]
+    assert share > 0.6
+    assert "readings of force" in text
+
+
 def test_a_gain_of_the_load_that_drifts_is_told_with_its_size():
     share, text = rivals(load_that_grows)[GROWTH]
     assert share > 0.9
