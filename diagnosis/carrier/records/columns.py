@@ -446,17 +446,24 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
         inputs_by_run.append(
             [inputs_at(inputs, samples) for inputs in (columns.inputs, *columns.delayed_inputs)]
         )
-    inputs, *late = [_in_a_row(of_runs) for of_runs in zip(*inputs_by_run, strict=True)]
+    inputs, *late = [in_a_row(of_runs) for of_runs in zip(*inputs_by_run, strict=True)]
     return _SomeSamples(runs, chosen, source, inputs, late)
 
 
-def _in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other, each run's time from 0 to 1."""
+def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
+    """Inputs of several runs one after the other, each run's time from 0 to 1.
+
+    Columns follow the inputs sample by sample: those of short runs cost little more than of one.
+    """
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
         for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
     }
-    time = [(inputs.time - inputs.start) / (inputs.end - inputs.start) for inputs in inputs_of_runs]
+    shortest = np.finfo(float).tiny  # a run of one sample
+    time = [
+        (inputs.time - inputs.start) / max(inputs.end - inputs.start, shortest)
+        for inputs in inputs_of_runs
+    ]
     return CarrierInputs(time=np.concatenate(time), **rows, start=0.0, end=1.0)
 
 
