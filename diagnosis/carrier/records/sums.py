@@ -22,18 +22,16 @@ from carrierflex.diagnosis.carrier.records.columns import (
     ColumnIndex,
     ColumnSource,
     RunColumns,
+    blocks_of_runs,
     columns_of_campaign,
+    groups_of_runs,
     some_samples,
 )
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.identification.campaign.order_analysis import (
-    highest_order,
-    order_amplitudes,
-    too_sparse,
-)
+from carrierflex.identification.campaign.order_analysis import OrderFit, highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
@@ -324,8 +322,9 @@ def _filled(
         run_of_revolution=run_of_revolution,
         loads=np.empty((run_of_revolution.size, 3)),
     )
-    for r, run in enumerate(runs):
-        if not _fill(sums, r, RunColumns(run, source), campaign, n_blocks):
+    for numbers in groups_of_runs(runs):
+        columns = [RunColumns(runs[r], source) for r in numbers]
+        if not _fill(sums, numbers, columns, campaign.channels, n_blocks):
             return None
     return sums
 
@@ -356,51 +355,68 @@ def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
 
 
 def _fill(
-    sums: CarrierSums, run: int, columns: RunColumns, campaign: Campaign, n_blocks: int
+    sums: CarrierSums,
+    numbers: range,
+    runs: Sequence[RunColumns],
+    channels: Sequence[Channel],
+    n_blocks: int,
 ) -> bool:
-    """Put the sums of one run where they stand among all; tell whether the basis holds."""
-    blocks = columns.blocks(n_blocks)
-    inputs = columns.inputs
-    loads = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
-    first_turn = int(np.argmax(sums.run_of_revolution == run))
-    first_segment = int(np.argmax(sums.run_of_segment == run))
-    products = np.zeros((len(blocks), *sums.products.shape[1:]))
-    for r, rows in enumerate(columns.revolutions):
-        sums.loads[first_turn + r] = [column[rows].mean() for column in loads]
-    for c, channel in enumerate(campaign.channels):
+    """Put the sums of some runs where they stand among all; tell whether the basis holds."""
+    blocks = [run.blocks(n_blocks) for run in runs]
+    turns = np.searchsorted(sums.run_of_revolution, numbers).tolist()
+    segments = np.searchsorted(sums.run_of_segment, [*numbers, numbers.stop]).tolist()
+    products = np.zeros((segments[-1] - segments[0], *sums.products.shape[1:]))
+    for turn, run in zip(turns, runs, strict=True):
+        loads = (run.inputs.torque, run.inputs.ntl_y, run.inputs.ntl_z)
+        for r, rows in enumerate(run.revolutions, start=turn):
+            sums.loads[r] = [column[rows].mean() for column in loads]
+    # Sensors that miss no sample share the fit of the orders.
+    fits: dict[int, OrderFit] = {}
+    for c, channel in enumerate(channels):
         members = sums.basis.members[c]
         upper = np.triu_indices(members.size)
         triangle = sums.triangle(*upper)
-        turn = first_turn
-        for p, block in enumerate(columns.of(channel, blocks), start=first_segment):
-            if not sums.basis.holds(c, block.rows[1:, ::_CHECKED]):
-                return False
-            end = turn + len(block.revolutions)
-            rows = block.rows[np.append(0, 1 + members)[: sums.amplitudes.shape[2]]]
-            _fill_amplitudes(block, rows, sums.amplitudes[turn:end, c], sums.within[turn:end, c])
-            present = block.rows[:, block.all_present]
-            basis = present[1 + members]
-            sums.target[p, c] = present @ present[0]
-            products[p - first_segment, c, triangle] = (basis @ basis.T)[upper]
-            sums.counts[p, c] = present.shape[1]
-            turn = end
-    sums.products[first_segment : first_segment + len(blocks)] = products
+        with_orders = np.append(0, 1 + members)[: sums.amplitudes.shape[2]]
+        of_runs = blocks_of_runs(runs, channel, blocks)
+        for turn, segment, of_run in zip(turns, segments[:-1], of_runs, strict=True):
+            first = turn
+            for p, block in enumerate(of_run, start=segment):
+                present = block.rows[:, block.all_present]
+                if not sums.basis.holds(c, present[1:, ::_CHECKED]):
+                    return False
+                _fill_amplitudes(sums, block, with_orders, fits, (first, c))
+                basis = present[1 + members]
+                sums.target[p, c] = present @ present[0]
+                products[p - segments[0], c, triangle] = (basis @ basis.T)[upper]
+                sums.counts[p, c] = present.shape[1]
+                first += len(block.revolutions)
+    sums.products[segments[0] : segments[-1]] = products
     return True
 
 
 def _fill_amplitudes(
-    block: BlockColumns, rows: FloatArray, amplitudes: ComplexArray, within: FloatArray
+    sums: CarrierSums,
+    block: BlockColumns,
+    numbers: IntArray,
+    fits: dict[int, OrderFit],
+    at: tuple[int, int],
 ) -> None:
-    """Fill the orders of some rows by revolution, and what is left of the target about its own."""
-    n_rows, highest = len(rows), amplitudes.shape[-1] - 1
-    for r, revolution in enumerate(block.revolutions):
+    """Fill the orders of some rows by revolution, and what is left of the target about its own.
+
+    `at` are the first revolution among all and the channel.
+    """
+    turn, c = at
+    highest = sums.amplitudes.shape[-1] - 1
+    for r, revolution in enumerate(block.revolutions, start=turn):
         present = block.present(revolution)
         theta = block.inputs.carrier_angle[present]
-        if too_sparse(theta, highest):
-            amplitudes[r] = np.nan
+        if r not in fits or not np.array_equal(fits[r].theta, theta):
+            fits[r] = OrderFit(theta, highest)
+        if fits[r].is_too_sparse:
+            sums.amplitudes[r, c] = np.nan
         else:
-            of_orders, within[r] = order_amplitudes(rows[:, present], theta, highest)
-            amplitudes[r, :n_rows] = of_orders.T
+            of_orders, sums.within[r, c] = fits[r].amplitudes(block.rows[numbers[:, None], present])
+            sums.amplitudes[r, c, : numbers.size] = of_orders.T
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:

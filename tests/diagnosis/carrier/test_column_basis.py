@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.records import sums
+from carrierflex.diagnosis.carrier.records import columns, sums
 from carrierflex.diagnosis.carrier.records.columns import some_samples
 from carrierflex.diagnosis.carrier.records.sums import (
     _column_basis,
@@ -36,9 +36,19 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     scale = length[..., :, None] * length[..., None, :]
     assert (np.abs(result - expected) <= 1e-10 * scale).all()
     # The same where a model takes the target's place.
-    columns, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
-    simulated = [own.with_target(columns, weights).target for own in (problem.records, plain)]
+    some, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
+    simulated = [own.with_target(some, weights).target for own in (problem.records, plain)]
     assert_allclose(simulated[0][..., 0], simulated[1][..., 0], rtol=1e-10)
+
+
+def test_sums_of_runs_made_together_are_those_of_each_run_alone(monkeypatch):
+    together = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+    monkeypatch.setattr(columns, "_CHUNK", 1)
+    alone = accumulated_sums(together.campaign, together.model.source)
+    for name in ("target", "counts", "loads", "amplitudes", "within"):
+        result, expected = (getattr(own, name) for own in (together.records, alone))
+        # Time is that of the run, or the share of it that is over: it differs by rounding.
+        assert_allclose(result, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_records_that_leave_the_basis_are_taken_with_all_columns():
