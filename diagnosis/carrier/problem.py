@@ -191,9 +191,16 @@ class CarrierProblem(ComparisonProblem):
             f"sensor at {between:.0f} degrees, off the even spacing of the others"
         )
 
-    def with_laws(self, laws: Sequence[Law]) -> "CarrierProblem":
-        """Problem with measured laws among its cards; sums are made anew."""
-        return carrier_problem(self.campaign, self.model.source.rig.curves, laws)
+    def with_laws(self, laws: Sequence[Law], beside: Effects | None = None) -> "CarrierProblem":
+        """Problem with measured laws among its cards; sums of the columns in use are made anew."""
+        used = {*self.model.contained, *(self.model.effects if beside is None else beside)}
+        effects = {name: one for name, one in self.model.effects.items() if name in used}
+        effects |= {one.id: one for one in effects_of_laws(laws, self.campaign)}
+        source = replace(self.model.source, effects=effects)
+        records = accumulated_sums(self.campaign, source, like=self.records)
+        classes = {law.name: law.effect_class for law in laws}
+        model = replace(self.model, source=source, index=records.index, class_of_measured=classes)
+        return replace(self, model=model, records=records)
 
     @property
     def unit(self) -> str:

@@ -169,9 +169,8 @@ class ColumnSource:
         """Features of the flexible residual model, the same at every sensor, shape (k, n)."""
         torque = inputs.torque / self.rig.nominal_torque
         forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
-        u = (2.0 * inputs.time - inputs.start - inputs.end) / max(
-            inputs.end - inputs.start, np.finfo(float).tiny
-        )
+        lasts = np.maximum(inputs.end - inputs.start, np.finfo(float).tiny)
+        u = (2.0 * inputs.time - inputs.start - inputs.end) / lasts
         quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
         quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
         terms = flexible_terms(self.rig.n_planets)
@@ -448,9 +447,7 @@ class _SomeSamples:
     runs: Sequence[Run]  # Records within their windows of use
     samples: Sequence[IntArray]  # Numbers of the samples in every run
     source: ColumnSource  # Effects, rig and typical speed
-    #: Inputs at all of them; m in all. Their time is the part of the run that is over, which is
-    #: what effects follow.
-    inputs: CarrierInputs
+    inputs: CarrierInputs  # Inputs at all of them; m in all
     late: Sequence[CarrierInputs]  # The same inputs at the nodes of the delay
 
     def rows(self, channel: Channel) -> FloatArray:
@@ -495,20 +492,18 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
 
 
 def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other, each run's time from 0 to 1.
+    """Inputs of several runs one after the other.
 
     Columns follow the inputs sample by sample: those of short runs cost little more than of one.
     """
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
-        for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
+        for name in ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
     }
-    shortest = np.finfo(float).tiny  # a run of one sample
-    time = [
-        (inputs.time - inputs.start) / max(inputs.end - inputs.start, shortest)
-        for inputs in inputs_of_runs
-    ]
-    return CarrierInputs(time=np.concatenate(time), **rows, start=0.0, end=1.0)
+    sizes = [inputs.time.size for inputs in inputs_of_runs]
+    start = np.repeat([inputs.start for inputs in inputs_of_runs], sizes)
+    end = np.repeat([inputs.end for inputs in inputs_of_runs], sizes)
+    return CarrierInputs(**rows, start=start, end=end)
 
 
 def inputs_of(run: Run) -> CarrierInputs:

@@ -275,16 +275,20 @@ class CarrierSums:
         return np.asarray(first * size - first * (first - 1) // 2 + second - first)
 
 
-def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
-    """Accumulate the sums of a campaign."""
+def accumulated_sums(
+    campaign: Campaign, source: ColumnSource, like: CarrierSums | None = None
+) -> CarrierSums:
+    """Accumulate the sums of a campaign; `like` are others of it with the segments that it has."""
     runs = campaign.within_use().runs
     index = columns_of_campaign(runs[0], campaign.channels[0], source)
     n_channels = len(campaign.channels)
     basis = _column_basis(runs, campaign.channels, source)
-    sums = _filled(campaign, source, index, basis)
-    if sums is None:
-        # Columns that were combinations where they were looked at, and are none elsewhere.
-        sums = _filled(campaign, source, index, _every_column(index.size - 1, n_channels))
+    # Columns may be combinations where they were looked at, and none elsewhere.
+    for one in (basis, _every_column(index.size - 1, n_channels)):
+        n_blocks = _blocks_a_run(campaign, index if like is None else like.index, one.size)
+        sums = _filled(campaign, source, index, one, n_blocks)
+        if sums is not None:
+            break
     assert sums is not None
     segments = []
     for p, r in enumerate(sums.run_of_segment.tolist()):
@@ -295,10 +299,13 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
 
 
 def _filled(
-    campaign: Campaign, source: ColumnSource, index: ColumnIndex, basis: _ColumnBasis
+    campaign: Campaign,
+    source: ColumnSource,
+    index: ColumnIndex,
+    basis: _ColumnBasis,
+    n_blocks: int,
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
-    n_blocks = _blocks_a_run(campaign, index, basis.size)
     runs = campaign.within_use().runs
     revolutions = [len(whole_revolutions(run).samples) for run in runs]
     numbers = np.arange(len(runs))

@@ -12,6 +12,7 @@ from carrierflex.diagnosis.carrier.records.sums import (
     _every_column,
     accumulated_sums,
 )
+from carrierflex.simulation.carrier.effect import Effect, lengths
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
 
 
@@ -42,13 +43,20 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
 
 
 def test_sums_of_runs_made_together_are_those_of_each_run_alone(monkeypatch):
-    together = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+    problem = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+
+    def hum(sensor, inputs, rig):
+        """A user's law of the time [s], whichever run it is of."""
+        return np.sin(3.0 * inputs.time)[None]
+
+    law = Effect("hum", "sin 3 t", lengths("a"), "a line", pattern=hum)
+    source = replace(problem.model.source, effects={**problem.model.effects, law.id: law})
+    together = accumulated_sums(problem.campaign, source)
     monkeypatch.setattr(columns, "_CHUNK", 1)
-    alone = accumulated_sums(together.campaign, together.model.source)
+    alone = accumulated_sums(problem.campaign, source)
     for name in ("target", "counts", "loads", "amplitudes", "within"):
-        result, expected = (getattr(own, name) for own in (together.records, alone))
-        # Time is that of the run, or the share of it that is over: it differs by rounding.
-        assert_allclose(result, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+        result, expected = getattr(together, name), getattr(alone, name)
+        assert_allclose(result, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_records_that_leave_the_basis_are_taken_with_all_columns():
