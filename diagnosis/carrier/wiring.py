@@ -12,7 +12,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
@@ -28,7 +27,7 @@ from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.identification.estimation.gauss_newton import Bounds
+from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
@@ -38,8 +37,6 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Room of a fixed value, in scales of the parameter: the solver expects different bounds.
-_ROOM = 1e-9
 #: Bytes of all records with their prediction, and of columns that are in memory at once.
 _MOST_RECORDS = 300_000_000
 _MOST_COLUMNS = 100_000_000
@@ -142,8 +139,7 @@ class _LinearBaseline:
             for run in runs if effect.per_run else (None,):
                 for parameter in effect.parameters[: _n_columns(effect)]:
                     unknown = known[effect.id, parameter.name, run]
-                    room = 0.0 if unknown.is_free else _ROOM * unknown.scale
-                    limits.append((unknown.lower - room, unknown.upper + room))
+                    limits.append((unknown.lower, unknown.upper))
         lower, upper = np.array(limits).T
         return lower, upper
 
@@ -180,18 +176,13 @@ class _LinearBaseline:
     def solved(self, products: _Products, order: int = 0) -> tuple[FloatArray, float]:
         """Bounded least squares for one of the orders; parameters and mean square."""
         matrix, right = products.matrix[order], products.right[order]
-        scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        scaled = matrix / np.outer(scale, scale) + _RIDGE * np.eye(scale.size)
-        factor = np.linalg.cholesky(scaled).T
-        target = np.linalg.solve(factor.T, right / scale)
         bounds = Bounds(*self.bounds)
-        theta, missed = np.linalg.solve(factor, target) / scale, 0.0
-        if bounds.outside(theta).any():
-            limits = (bounds.lower * scale, bounds.upper * scale)
-            solution = lsq_linear(factor, target, bounds=limits)
-            theta, missed = solution.x / scale, 2.0 * float(solution.cost)
-        residual = products.square - float(target @ target) + missed
-        return np.asarray(theta), max(residual, 0.0) / products.count
+        start = bounds.clipped(np.zeros(right.size))
+        sums = CostSums(products.square, matrix, right - matrix @ start, None)
+        is_free = np.ones(right.size, dtype=bool)
+        theta = bounded_step(sums, start, bounds=bounds, free=is_free, damping=_RIDGE)
+        residual = products.square - float(theta @ (2.0 * right - matrix @ theta))
+        return theta, max(residual, 0.0) / products.count
 
     def as_declared(self) -> tuple[FloatArray, float]:
         """The same with every sensor where it is declared."""

@@ -12,10 +12,11 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
     BlockColumns,
@@ -139,26 +140,41 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
     # In an orthonormal basis of all rows: fewer numbers than samples.
     scaled = np.asarray(np.linalg.qr(scaled.T, mode="r")).T
     members: list[int] = []
-    directions = np.empty((0, scaled.shape[1]))
-    off = scaled.copy()
+    directions = np.empty((scaled.shape[1], scaled.shape[1]))
     groups = (np.arange(n_effects), np.arange(n_effects, len(rows)))
-    for group, limit in product(groups, _OFF_THE_OTHERS):
-        for k in group.tolist():
-            size = float(np.linalg.norm(off[k]))
-            if size <= limit:
-                continue
-            members.append(k)
-            direction = off[k] / size
-            direction -= (directions @ direction) @ directions  # what rounding left
-            direction /= np.linalg.norm(direction)
-            directions = np.vstack([directions, direction])
-            off -= np.outer(off @ direction, direction)
+    for group in groups:
+        off = _off(scaled[group], directions[: len(members)])
+        for limit in _OFF_THE_OTHERS:
+            # What lies within the others by the last limit is in no basis.
+            numbers = np.flatnonzero(np.linalg.norm(off, axis=1) > _OFF_THE_OTHERS[-1])
+            rest, first = off[numbers], 0
+            while True:
+                above = np.flatnonzero(np.linalg.norm(rest[first:], axis=1) > limit)
+                if not above.size:
+                    break
+                first += int(above[0])
+                known = directions[: len(members)]
+                direction = _off(rest[first] / np.linalg.norm(rest[first]), known)  # rounding
+                direction /= np.linalg.norm(direction)
+                directions[len(members)] = direction
+                members.append(int(group[numbers[first]]))
+                rest -= np.outer(rest @ direction, direction)
+                first += 1
+            off = rest
+            group = group[numbers]
     chosen = np.array(sorted(members), dtype=np.int64)
     weights = np.zeros((len(rows), chosen.size))
     weights[chosen] = np.eye(chosen.size)
+    by_direction = scaled @ directions[: len(members)].T
     for group in groups:
         usable = chosen[chosen <= group[-1]]
-        by_all = np.linalg.lstsq(scaled[usable].T, scaled[group].T, rcond=None)[0].T
+        n_usable = usable.size
+        # Members lie in the directions up to their own.
+        in_turn = np.array(members[:n_usable], dtype=np.int64)
+        by_member = solve_triangular(
+            by_direction[in_turn, :n_usable], by_direction[group, :n_usable].T, trans=1, lower=True
+        )
+        by_all = by_member.T[:, np.argsort(in_turn)]
         # Anew by those that count: what rounding makes of the others makes up for each other.
         others = np.flatnonzero(~np.isin(group, chosen))
         counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
@@ -167,6 +183,11 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
             solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
             weights[np.ix_(rows_alike, used)] = solved.T
     return chosen, weights * length[:, None] / length[chosen]
+
+
+def _off(rows: FloatArray, directions: FloatArray) -> FloatArray:
+    """What of some rows lies off orthonormal directions."""
+    return np.asarray(rows - (rows @ directions.T) @ directions)
 
 
 @dataclass(frozen=True, eq=False)
