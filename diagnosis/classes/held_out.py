@@ -139,6 +139,16 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     return c
 
 
+def _free_coefficients(products: FloatArray, penalty: FloatArray) -> FloatArray:
+    """Coefficients of fits that all may be negative, shape (..., n); a penalty is never singular.
+
+    Products (..., 1 + n, 1 + n) and penalties (..., n, n).
+    """
+    return np.asarray(
+        np.linalg.solve(products[..., 1:, 1:] + penalty, products[..., 1:, :1])[..., 0]
+    )
+
+
 def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
     """Sum of squares that coefficients leave, shape (...)."""
     weights = np.concatenate([[1.0], -c])
@@ -368,9 +378,13 @@ class ClassScores:
         models = [model.beside(self.table.n_base) for model in models]
         training, held_out = self._products(models[0])
         squares = np.empty((len(models), len(self.table.folds)))
-        for outside, (scored, blocks) in zip(training, held_out, strict=True):
-            C = np.array([coefficients(outside, model) for model in models])
-            squares[:, scored] = _squares_of_each(blocks, C)
+        fits = (
+            [[coefficients(outside, model) for model in models] for outside in training]
+            if models[0].is_nonnegative.any()
+            else _free_coefficients(training[:, None], np.array([one.penalty for one in models]))
+        )
+        for C, (scored, blocks) in zip(fits, held_out, strict=True):
+            squares[:, scored] = _squares_of_each(blocks, np.array(C))
         return squares
 
     def _held_out_each(self, models: Sequence[ClassModel]) -> FloatArray:
@@ -395,8 +409,7 @@ class ClassScores:
         training, held_out = self._beside_baseline()
         squares = np.empty((len(models), len(self.table.folds)))
         for outside, (scored, blocks) in zip(training, held_out, strict=True):
-            products = outside[rows, columns]
-            c = np.linalg.solve(products[:, 1:, 1:] + penalty, products[:, 1:, :1])[..., 0]
+            c = _free_coefficients(outside[rows, columns], penalty)
             weights = np.column_stack([np.ones(len(c)), -c])
             for number, block in zip(scored.tolist(), blocks, strict=True):
                 weighted = (block[rows, columns] @ weights[..., None])[..., 0]
