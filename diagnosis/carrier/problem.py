@@ -69,6 +69,7 @@ from carrierflex.identification.campaign.declarations import (
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
+from carrierflex.identification.estimation.several_starts import costs_more
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.effects.drawing import (
@@ -506,7 +507,11 @@ class CarrierProblem(ComparisonProblem):
             for variant in self.model.variants(effect):
                 start = best[0].copy()
                 start[shapes] = variant
-                best = min(best, self._closed_fit(effects, choice, start), key=lambda fit: fit[1])
+                fit = self._closed_fit(effects, choice, start)
+                # Thresholds between which no load lies leave the same but for rounding, which must
+                # not choose: from the last of them a fit finds no load that it could part.
+                if costs_more(best[1], fit[1]):
+                    best = fit
         return best
 
 
