@@ -350,9 +350,9 @@ def _filled(
         run_of_revolution=run_of_revolution,
         loads=np.empty((run_of_revolution.size, 3)),
     )
-    for numbers in groups_of_runs(runs):
-        columns = [RunColumns(runs[r], source) for r in numbers]
-        if not _fill(sums, numbers, columns, campaign.channels, n_blocks):
+    for group in groups_of_runs(runs):
+        columns = [RunColumns(runs[r], source) for r in group]
+        if not _fill(sums, group, columns, campaign.channels, n_blocks):
             return None
     return sums
 
