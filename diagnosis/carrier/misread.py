@@ -9,6 +9,7 @@ once more from what would be read.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -22,8 +23,10 @@ from carrierflex.diagnosis.carrier.model import (
 from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
     RunColumns,
+    blocks_of_runs,
     columns_of_campaign,
     delay_nodes,
+    groups_of_runs,
     inputs_at,
     inputs_of,
 )
@@ -155,16 +158,21 @@ class CarrierReading:
         index = columns_of_campaign(runs[0], campaign.channels[0], sources[0])
         scores = [np.zeros((len(campaign.channels), self.theta.size)) for _ in sources]
         model = replace(self.model, source=sources[0], index=index)
-        for r, run in enumerate(runs):
-            table = model.weights(self.effects, self.choice, self.theta, slice(r, r + 1))
-            columns = RunColumns(run, sources[0])
-            blocks = columns.blocks(MOST_BLOCKS)
-            for c, channel in enumerate(campaign.channels):
-                for of_source, source in zip(scores, sources, strict=True):
-                    for block in columns.of(channel, blocks, source.effects, source):
-                        rows = block.rows[table.columns][:, block.all_present]
-                        products = table.slopes[0, c] @ (rows @ (table.residual[0, c] @ rows))
-                        of_source[c, table.unknowns[0]] += products
+        for numbers in groups_of_runs(runs):
+            columns = [RunColumns(runs[r], sources[0]) for r in numbers]
+            # A long run is made in pieces.
+            most_blocks = MOST_BLOCKS if len(columns) == 1 else 1
+            blocks = [of_run.blocks(most_blocks) for of_run in columns]
+            every = slice(numbers.start, numbers.stop)
+            table = model.weights(self.effects, self.choice, self.theta, every)
+            for (c, channel), (of_source, source) in product(
+                enumerate(campaign.channels), zip(scores, sources, strict=True)
+            ):
+                of_runs = blocks_of_runs(columns, channel, blocks, source.effects, source)
+                for r, block in ((r, block) for r, run in enumerate(of_runs) for block in run):
+                    rows = block.rows[table.columns][:, block.all_present]
+                    residual = table.residual[r, c] @ rows
+                    of_source[c, table.unknowns[r]] += table.slopes[r, c] @ (rows @ residual)
         return scores
 
     def _source_of_set(self) -> ColumnSource:

@@ -19,7 +19,7 @@ from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Overlay, Pa
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.order_analysis import order_amplitudes, too_sparse
+from carrierflex.identification.campaign.order_analysis import OrderFit
 
 #: Residuals that are cached: map, findings, scalars and overlays are of two models.
 _CACHED = 2
@@ -88,9 +88,9 @@ class ModelResiduals:
                     for revolution, turn in zip(block.revolutions, turns, strict=False):
                         present = block.present(revolution)
                         angle = block.inputs.carrier_angle[present]
-                        if not too_sparse(angle, highest):
-                            of_turn = order_amplitudes(signal[None, present], angle, highest)
-                            result[turn, c] = of_turn[0][:, 0]
+                        fit = OrderFit(angle, highest)
+                        if not fit.is_too_sparse:
+                            result[turn, c] = fit.amplitudes(signal[None, present])[0][:, 0]
         return result
 
     def pictures(

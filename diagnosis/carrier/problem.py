@@ -69,6 +69,7 @@ from carrierflex.identification.campaign.declarations import (
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
+from carrierflex.identification.estimation.several_starts import costs_more
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.effects.drawing import (
@@ -191,9 +192,16 @@ class CarrierProblem(ComparisonProblem):
             f"sensor at {between:.0f} degrees, off the even spacing of the others"
         )
 
-    def with_laws(self, laws: Sequence[Law]) -> "CarrierProblem":
-        """Problem with measured laws among its cards; sums are made anew."""
-        return carrier_problem(self.campaign, self.model.source.rig.curves, laws)
+    def with_laws(self, laws: Sequence[Law], beside: Effects | None = None) -> "CarrierProblem":
+        """Problem with measured laws among its cards; sums of the columns in use are made anew."""
+        used = {*self.model.contained, *(self.model.effects if beside is None else beside)}
+        effects = {name: one for name, one in self.model.effects.items() if name in used}
+        effects |= {one.id: one for one in effects_of_laws(laws, self.campaign)}
+        source = replace(self.model.source, effects=effects)
+        records = accumulated_sums(self.campaign, source, like=self.records)
+        classes = {law.name: law.effect_class for law in laws}
+        model = replace(self.model, source=source, index=records.index, class_of_measured=classes)
+        return replace(self, model=model, records=records)
 
     @property
     def unit(self) -> str:
@@ -499,7 +507,11 @@ class CarrierProblem(ComparisonProblem):
             for variant in self.model.variants(effect):
                 start = best[0].copy()
                 start[shapes] = variant
-                best = min(best, self._closed_fit(effects, choice, start), key=lambda fit: fit[1])
+                fit = self._closed_fit(effects, choice, start)
+                # Thresholds between which no load lies leave the same but for rounding, which must
+                # not choose: from the last of them a fit finds no load that it could part.
+                if costs_more(best[1], fit[1]):
+                    best = fit
         return best
 
 

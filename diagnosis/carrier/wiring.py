@@ -12,10 +12,9 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.carrier.records.columns import inputs_of
+from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
@@ -28,6 +27,7 @@ from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
@@ -37,9 +37,7 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Room of a fixed value, in scales of the parameter: the solver expects different bounds.
-_ROOM = 1e-9
-#: Bytes of all records with their prediction, and of the columns of one run.
+#: Bytes of all records with their prediction, and of columns that are in memory at once.
 _MOST_RECORDS = 300_000_000
 _MOST_COLUMNS = 100_000_000
 
@@ -76,15 +74,38 @@ class _LinearBaseline:
         return [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
 
     @property
+    def n_of_run(self) -> int:
+        """Number of columns of a run."""
+        return sum(map(_n_columns, self.effects))
+
+    @property
     def is_of_model(self) -> bool:
         """Whether there are any, of the project's model and not of another simulator."""
         return bool(self.effects) and self.campaign.baseline.source == "model"
 
-    def columns(self, run: Run, channel: Channel) -> FloatArray:
-        """Columns of a sensor in a run, shape (q, n), without those of other runs' values."""
-        inputs = inputs_of(run)
-        where = rim_sensor(channel), inputs, self.problem.model.source.rig
-        return np.concatenate([self._signals(effect, *where) for effect in self.effects])
+    def by_run(self, runs: Sequence[Run]) -> Iterator[FloatArray]:
+        """Columns of every run, shape (C, q, n), without those of other runs' values."""
+        sensors = [rim_sensor(channel) for channel in self.campaign.channels]
+        for some in self._groups(runs):
+            inputs = in_a_row([inputs_of(run) for run in some])
+            columns = np.stack([self._of_sensor(sensor, inputs) for sensor in sensors])
+            ends = np.cumsum([run.time.size for run in some])
+            yield from np.split(columns, ends[:-1], axis=2)
+
+    def _groups(self, runs: Sequence[Run]) -> Iterator[list[Run]]:
+        """Runs one after the other whose columns are in memory at once; one at least."""
+        most = _MOST_COLUMNS // (8 * self.n_of_run * len(self.campaign.channels))
+        group: list[Run] = []
+        for run in runs:
+            if group and sum(one.time.size for one in group) + run.time.size > most:
+                yield group
+                group = []
+            group.append(run)
+        yield group
+
+    def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray:
+        rig = self.problem.model.source.rig
+        return np.concatenate([self._signals(one, sensor, inputs, rig) for one in self.effects])
 
     def _signals(
         self, effect: Effect, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
@@ -96,15 +117,17 @@ class _LinearBaseline:
         weight = {key[0]: value for key, value in self.values.items()}.get(effect.weighed_by, 0.0)
         return signals[:1] + weight * signals[1:]
 
-    def numbers(self, run: int) -> IntArray:
-        """Numbers of the columns of a run among the p of all runs."""
+    @cached_property
+    def numbers(self) -> list[IntArray]:
+        """Numbers of the columns of every run among the p of all runs."""
         n_runs = len(self.campaign.runs)
-        numbers, first = [], 0
-        for effect in self.effects:
-            n = _n_columns(effect)
-            numbers.append(first + np.arange(n) + (run * n if effect.per_run else 0))
-            first += n * (n_runs if effect.per_run else 1)
-        return np.concatenate(numbers)
+        sizes = np.array([_n_columns(effect) for effect in self.effects])
+        is_of_run = np.array([effect.per_run for effect in self.effects])
+        n_all = sizes * np.where(is_of_run, n_runs, 1)
+        first = np.repeat(np.cumsum(n_all) - n_all, sizes)
+        step = np.repeat(sizes * is_of_run, sizes)
+        of_effect = np.concatenate([np.arange(size) for size in sizes])
+        return list(first + of_effect + np.arange(n_runs)[:, None] * step)
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -116,8 +139,7 @@ class _LinearBaseline:
             for run in runs if effect.per_run else (None,):
                 for parameter in effect.parameters[: _n_columns(effect)]:
                     unknown = known[effect.id, parameter.name, run]
-                    room = 0.0 if unknown.is_free else _ROOM * unknown.scale
-                    limits.append((unknown.lower - room, unknown.upper + room))
+                    limits.append((unknown.lower, unknown.upper))
         lower, upper = np.array(limits).T
         return lower, upper
 
@@ -127,12 +149,12 @@ class _LinearBaseline:
         p = len(self.bounds[0])
         matrix, right = np.zeros((len(orders), p, p)), np.zeros((len(orders), p))
         square = count = 0.0
-        for number, run in enumerate(self.campaign.runs):
-            columns = np.stack([self.columns(run, channel) for channel in channels])
+        runs = self.campaign.runs
+        for number, (run, columns) in enumerate(zip(runs, self.by_run(runs), strict=True)):
             signals = np.array([run.signals[channel.name] for channel in channels])
             known = np.isfinite(signals)
             signals = np.where(known, signals, 0.0)
-            of_run = self.numbers(number)
+            of_run = self.numbers[number]
             # Where no sample is missing the products of a sensor are the same for every signal.
             complete = columns @ np.swapaxes(columns, 1, 2)
             partial = {
@@ -154,14 +176,13 @@ class _LinearBaseline:
     def solved(self, products: _Products, order: int = 0) -> tuple[FloatArray, float]:
         """Bounded least squares for one of the orders; parameters and mean square."""
         matrix, right = products.matrix[order], products.right[order]
-        scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        scaled = matrix / np.outer(scale, scale) + _RIDGE * np.eye(scale.size)
-        factor = np.linalg.cholesky(scaled).T
-        target = np.linalg.solve(factor.T, right / scale)
-        lower, upper = self.bounds
-        solution = lsq_linear(factor, target, bounds=(lower * scale, upper * scale))
-        residual = products.square - float(target @ target) + 2.0 * float(solution.cost)
-        return np.asarray(solution.x / scale), max(residual, 0.0) / products.count
+        bounds = Bounds(*self.bounds)
+        start = bounds.clipped(np.zeros(right.size))
+        sums = CostSums(products.square, matrix, right - matrix @ start, None)
+        is_free = np.ones(right.size, dtype=bool)
+        theta = bounded_step(sums, start, bounds=bounds, free=is_free, damping=_RIDGE)
+        residual = products.square - float(theta @ (2.0 * right - matrix @ theta))
+        return theta, max(residual, 0.0) / products.count
 
     def as_declared(self) -> tuple[FloatArray, float]:
         """The same with every sensor where it is declared."""
@@ -212,13 +233,12 @@ def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
         return ()
     theta, _ = baseline.as_declared()
     records = []
-    for r, run in enumerate(campaign.runs):
-        of_run = theta[baseline.numbers(r)]
-        predicted = [of_run @ baseline.columns(run, channel) for channel in campaign.channels]
+    for r, (run, columns) in enumerate(
+        zip(campaign.runs, baseline.by_run(campaign.runs), strict=True)
+    ):
+        predicted = theta[baseline.numbers[r]] @ columns
         measured = [run.signals[channel.name] for channel in campaign.channels]
-        records.append(
-            PredictedRecord(run.name, run.time, np.array(measured).T, np.array(predicted).T)
-        )
+        records.append(PredictedRecord(run.name, run.time, np.array(measured).T, predicted.T))
     return tuple(records)
 
 
@@ -242,11 +262,14 @@ def carrier_records(
     is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
     order = np.argsort(~is_of_run, kind="stable")
     most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
-    for number, record in enumerate(problem.campaign.within_use().runs):
-        # Delay and gain are of all samples: every second one of a long run tells them too.
-        run = record.thinned(-(-record.time.size // max(most, 1)))
-        columns = np.stack([baseline.columns(run, c)[order] for c in channels], axis=2)
-        predicted = np.einsum("p,pnc->nc", theta[baseline.numbers(number)[order]], columns)
+    # Delay and gain are of all samples: every second one of a long run tells them too.
+    runs = [
+        record.thinned(-(-record.time.size // max(most, 1)))
+        for record in problem.campaign.within_use().runs
+    ]
+    for number, (run, of_sensors) in enumerate(zip(runs, baseline.by_run(runs), strict=True)):
+        columns = np.ascontiguousarray(of_sensors[:, order].transpose(1, 2, 0))
+        predicted = np.einsum("p,pnc->nc", theta[baseline.numbers[number][order]], columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
         yield LinearRecord(
             run.name, run.time, measured - predicted, predicted, columns, int(is_of_run.sum())

@@ -83,7 +83,7 @@ def _best_shape(
     scores: ClassScores, partners: Classes, law: LawColumns
 ) -> tuple[IntArray, HeldOutSquares]:
     """Shape of a law that leaves least."""
-    results = [(columns, scores.with_law(partners, columns)) for columns in law.variants]
+    results = zip(law.variants, scores.with_laws(partners, law.variants), strict=True)
     return min(results, key=lambda result: result[1].total)
 
 

@@ -33,6 +33,11 @@ class ClassModel:
         order = np.concatenate([np.flatnonzero(free), np.flatnonzero(self.is_nonnegative)])
         return order, int(np.count_nonzero(free))
 
+    def beside(self, n_base: int) -> "ClassModel":
+        """The same columns without the baseline's."""
+        rest = slice(n_base, None)
+        return ClassModel(self.columns[rest], self.penalty[rest, rest], self.is_nonnegative[rest])
+
 
 def _class_model(
     table: GramTable,
@@ -134,6 +139,16 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     return c
 
 
+def _free_coefficients(products: FloatArray, penalty: FloatArray) -> FloatArray:
+    """Coefficients of fits that all may be negative, shape (..., n); a penalty is never singular.
+
+    Products (..., 1 + n, 1 + n) and penalties (..., n, n).
+    """
+    return np.asarray(
+        np.linalg.solve(products[..., 1:, 1:] + penalty, products[..., 1:, :1])[..., 0]
+    )
+
+
 def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
     """Sum of squares that coefficients leave, shape (...)."""
     weights = np.concatenate([[1.0], -c])
@@ -211,6 +226,8 @@ class ClassScores:
     #: Products of the columns asked for last, outside each fold and of its blocks: the weights of a
     #: penalty are tried one after the other
     chosen: dict[bytes, _FoldProducts] = field(default_factory=dict)
+    #: The same of all columns without the baseline, once they are made
+    beside: list[_FoldProducts] = field(default_factory=list)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -223,7 +240,7 @@ class ClassScores:
     def products(self) -> "ClassScores":
         """Scores of the same classes, and of the products of the coupled class as if they were."""
         table = replace(self.table, classes={**self.table.classes, **self.table.products})
-        return ClassScores(table, self.constants, self.known)
+        return replace(self, table=table)
 
     @cached_property
     def without_baseline(self) -> "ClassScores":
@@ -248,21 +265,28 @@ class ClassScores:
             self.known[key] = HeldOutSquares(squares, result.groups, result.ridges)
         return self.known[key]
 
+    def with_laws(
+        self, classes: Sequence[str], options: Sequence[IntArray]
+    ) -> list[HeldOutSquares]:
+        """Held-out squares of some classes and the columns of each of some laws beside them."""
+        names = tuple(sorted(classes))
+        keys = [(*names, f"columns {columns.tolist()}") for columns in options]
+        asked = {
+            key: columns
+            for key, columns in zip(keys, options, strict=True)
+            if key not in self.known
+        }
+        if asked:
+            partners = self.of(classes)
+            results = [replace(partners, further=columns) for columns in asked.values()]
+            squares = self._held_out_each([self.model(result) for result in results])
+            for key, result, of_law in zip(asked, results, squares, strict=True):
+                self.known[key] = replace(result, squares=of_law)
+        return [self.known[key] for key in keys]
+
     def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:
         """Held-out squares of some classes and a law's columns beside them."""
-        key = (*sorted(classes), f"columns {columns.tolist()}")
-        if key not in self.known:
-            partners = self.of(classes)
-            model = _class_model(
-                self.table,
-                partners.groups,
-                partners.ridges,
-                jitter=self.constants.jitter,
-                further=columns,
-            )
-            squares = self._held_out([model])[0]
-            self.known[key] = HeldOutSquares(squares, partners.groups, partners.ridges, columns)
-        return self.known[key]
+        return self.with_laws(classes, [columns])[0]
 
     def model(self, result: HeldOutSquares) -> ClassModel:
         """Model of a result."""
@@ -351,22 +375,81 @@ class ClassScores:
 
     def _held_out(self, models: Sequence[ClassModel]) -> FloatArray:
         """Held-out squares of models whose penalties alone differ, shape (n_models, n_blocks)."""
+        models = [model.beside(self.table.n_base) for model in models]
         training, held_out = self._products(models[0])
         squares = np.empty((len(models), len(self.table.folds)))
+        fits = (
+            [[coefficients(outside, model) for model in models] for outside in training]
+            if models[0].is_nonnegative.any()
+            else _free_coefficients(training[:, None], np.array([one.penalty for one in models]))
+        )
+        for C, (scored, blocks) in zip(fits, held_out, strict=True):
+            squares[:, scored] = _squares_of_each(blocks, np.array(C))
+        return squares
+
+    def _held_out_each(self, models: Sequence[ClassModel]) -> FloatArray:
+        """Held-out squares of any models, shape (n_models, n_blocks)."""
+        squares = np.empty((len(models), len(self.table.folds)))
+        alike: dict[int, list[int]] = {}
+        for k, model in enumerate(models):
+            if model.is_nonnegative.any():
+                squares[k] = self._held_out([model])[0]
+            else:
+                alike.setdefault(model.columns.size, []).append(k)
+        for numbers in alike.values():
+            squares[numbers] = self._held_out_of_one_size([models[k] for k in numbers])
+        return squares
+
+    def _held_out_of_one_size(self, models: Sequence[ClassModel]) -> FloatArray:
+        """The same of models with as many columns each, all of which may be negative."""
+        models = [model.beside(self.table.n_base) for model in models]
+        columns = np.array([[0, *model.columns] for model in models])
+        rows, columns = columns[:, :, None], columns[:, None, :]
+        penalty = np.array([model.penalty for model in models])
+        training, held_out = self._beside_baseline()
+        squares = np.empty((len(models), len(self.table.folds)))
         for outside, (scored, blocks) in zip(training, held_out, strict=True):
-            C = np.array([coefficients(outside, model) for model in models])
-            squares[:, scored] = _squares_of_each(blocks, C)
+            c = _free_coefficients(outside[rows, columns], penalty)
+            weights = np.column_stack([np.ones(len(c)), -c])
+            for number, block in zip(scored.tolist(), blocks, strict=True):
+                weighted = (block[rows, columns] @ weights[..., None])[..., 0]
+                squares[:, number] = (weighted * weights).sum(axis=1)
         return squares
 
     def _products(self, model: ClassModel) -> _FoldProducts:
-        """Products of a model's columns outside each fold, and of each block."""
+        """Products of the columns of a model without the baseline, outside each fold and by block.
+
+        The baseline is fitted outside each fold.
+        """
         key = model.columns.tobytes()
         if key not in self.chosen:
             self.chosen.clear()
-            table = self.table
-            held_out = []
-            for fold in table.fold_numbers:
-                scored = np.flatnonzero(table.folds == fold)
-                held_out.append((scored, products_of(table.gram, model, scored)))
-            self.chosen[key] = (products_of(table.training, model), held_out)
+            training, held_out = self._beside_baseline()
+            of_blocks = [(scored, products_of(blocks, model)) for scored, blocks in held_out]
+            self.chosen[key] = (products_of(training, model), of_blocks)
         return self.chosen[key]
+
+    def _beside_baseline(self) -> _FoldProducts:
+        """Products of all columns outside each fold, and of its blocks, without the baseline.
+
+        Its fit outside a fold, ``(A_bb + D)^-1 A_b``, is the same beside every class and law: the
+        rest of a fit is a smaller problem on ``A - A_b' (A_bb + D)^-1 A_b`` (Schur's complement).
+        """
+        if not self.beside:
+            table, base = self.table, slice(1, 1 + self.table.n_base)
+            penalty = _class_model(table, (), (), jitter=self.constants.jitter).penalty
+            training = table.training.copy()
+            held_out = []
+            for fold, outside in enumerate(training):
+                scored = np.flatnonzero(table.folds == fold)
+                blocks = table.gram[scored]
+                if table.n_base:
+                    fit = _solved(_factor(outside[base, base] + penalty), outside[base])
+                    outside -= outside[:, base] @ fit
+                    for block in blocks:
+                        # Half of what is taken twice from both sides.
+                        taken = (block[:, base] - 0.5 * fit.T @ block[base, base]) @ fit
+                        block -= taken + taken.T
+                held_out.append((scored, blocks))
+            self.beside.append((training, held_out))
+        return self.beside[0]

@@ -153,12 +153,10 @@ def _larger(
     scores: ClassScores, bases: Sequence[_LawSet], library: Mapping[str, LawColumns]
 ) -> list[_LawSet]:
     """Sets with one law more than any of some sets, the one that leaves least first."""
-    larger = {
-        tuple(sorted((*base.laws, name))): _with_law(scores, base, law)
-        for base in bases
-        for name, law in library.items()
-        if name not in base.laws
-    }
+    further = [
+        (base, law) for base in bases for name, law in library.items() if name not in base.laws
+    ]
+    larger = {tuple(sorted(entry.laws)): entry for entry in _with_each_law(scores, further)}
     return sorted(larger.values(), key=lambda entry: entry.result.total)
 
 
@@ -194,12 +192,20 @@ def _no_law(scores: ClassScores) -> _LawSet:
     return _LawSet((), np.empty(0, dtype=np.int64), scores.of(()))
 
 
-def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
-    """Set with one law more, at the shape of it that leaves least."""
-    columns = [np.concatenate([base.columns, shape]) for shape in law.variants]
-    results = [scores.with_law((), chosen) for chosen in columns]
-    k = int(np.argmin([result.total for result in results]))
-    return _LawSet((*base.laws, law.id), columns[k], results[k])
+def _with_each_law(
+    scores: ClassScores, further: Sequence[tuple[_LawSet, LawColumns]]
+) -> list[_LawSet]:
+    """Each set with one law more, at the shape of it that leaves least."""
+    columns = [
+        [np.concatenate([base.columns, shape]) for shape in law.variants] for base, law in further
+    ]
+    results = iter(scores.with_laws((), [shape for of_law in columns for shape in of_law]))
+    sets = []
+    for (base, law), of_law in zip(further, columns, strict=True):
+        options = [(shape, next(results)) for shape in of_law]
+        shape, result = min(options, key=lambda option: option[1].total)
+        sets.append(_LawSet((*base.laws, law.id), shape, result))
+    return sets
 
 
 def _nearest(
@@ -237,7 +243,7 @@ def _nearest_laws(
     others = tuple(other for other in classes if other != name)
 
     def worth(law: LawColumns) -> float:
-        results = [scores.with_law(others, shape) for shape in law.variants]
+        results = scores.with_laws(others, law.variants)
         best = min(results, key=lambda result: result.total)
         return _worth(scores, shares, best, (law,))
 
@@ -250,5 +256,5 @@ def _fitted_set(scores: ClassScores, laws: Sequence[LawColumns]) -> _LawSet:
     """Set of given laws, each at the shape that leaves least beside those before it."""
     fitted = _no_law(scores)
     for law in {law.id: law for law in laws}.values():
-        fitted = _with_law(scores, fitted, law)
+        (fitted,) = _with_each_law(scores, [(fitted, law)])
     return fitted

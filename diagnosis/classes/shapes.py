@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import (
@@ -94,17 +95,15 @@ def straight_part(x: FloatArray, y: FloatArray) -> FloatArray:
     values = np.interp(even, x, y)
     width = max(int(_STRAIGHT * POINTS), 8)
     size = float(np.ptp(values)) or 1.0
-    rest = float(np.clip(0.0, even[0], even[-1]))
-    best = (np.inf, np.zeros(2))
-    for first in range(0, POINTS - width + 1, 4):
-        quarter = slice(first, first + width)
-        line = np.polyfit(even[quarter], values[quarter], 1)
-        bend = float(np.abs(np.polyval(line, even[quarter]) - values[quarter]).max()) / size
-        away = abs(float(even[quarter].mean()) - rest) / float(even[-1] - even[0])
-        cost = bend + _NEAR_REST * away
-        if cost < best[0]:
-            best = (cost, line)
-    return np.asarray(best[1])
+    rest = np.clip(0.0, even[0], even[-1])
+    at, quarters = (sliding_window_view(row, width)[::4] for row in (even, values))
+    middle, level = at.mean(axis=1), quarters.mean(axis=1)
+    along = at - middle[:, None]
+    slope = (along * quarters).sum(axis=1) / (along**2).sum(axis=1)
+    bend = np.abs(level[:, None] + slope[:, None] * along - quarters).max(axis=1) / size
+    away = np.abs(middle - rest) / (even[-1] - even[0])
+    best = int(np.argmin(bend + _NEAR_REST * away))
+    return np.array([slope[best], level[best] - slope[best] * middle[best]])
 
 
 def loop_spring(x: FloatArray, y: FloatArray) -> float:

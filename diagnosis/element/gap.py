@@ -364,20 +364,35 @@ def _fitted(blocks: _BlockForces) -> Exponent:
     target = np.log(np.maximum(blocks.residual / size, 1e-12))
     lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
 
+    highest_floor = max(lowest - float(noise.min()), 0.0)
+
+    def squares(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Squares of the law by amplitude, and their derivatives by the unknowns, (4, n)."""
+        log_c, share, p, raised = unknown
+        power, linear = q**p, q**p - q
+        factor = np.exp(2.0 * log_c)
+        law = factor * (share * power**2 + (1.0 - share) * linear**2)
+        by_share = factor * (power**2 - linear**2)
+        by_p = 2.0 * factor * np.log(q) * power * (share * power + (1.0 - share) * linear)
+        by_floor = np.full(n, highest_floor)
+        square = noise + raised * highest_floor + law + 1e-12
+        return square, np.array([2.0 * law, by_share, by_p, by_floor])
+
     def misfit(unknown: FloatArray) -> FloatArray:
         """Logarithm of the law over the measured gap, by amplitude."""
-        log_c, share, p, raised = unknown
-        law = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
-        floor = noise + raised * max(lowest - float(noise.min()), 0.0)
-        fitted = 0.5 * np.log(floor + np.exp(2.0 * log_c) * law + 1e-12)
-        return np.asarray(fitted - target, dtype=np.float64)
+        return np.asarray(0.5 * np.log(squares(unknown)[0]) - target)
+
+    def derivatives(unknown: FloatArray) -> FloatArray:
+        """Those of the misfit by the unknowns, shape (n, 4)."""
+        square, by_unknown = squares(unknown)
+        return np.asarray((0.5 * by_unknown / square).T)
 
     bounds = ([-40.0, 1e-4, _LOW, 0.0], [40.0, 1.0, _HIGH, 1.0])
     fits = []
     for p in _STARTS:
         level = float(np.median(target) - p * np.log(np.median(q)))
         start = [np.clip(level, -39.0, 39.0), 0.4, p, 0.1]
-        fits.append(least_squares(misfit, start, bounds=bounds, loss="soft_l1", f_scale=0.2))
+        fits.append(least_squares(misfit, start, derivatives, bounds, loss="soft_l1", f_scale=0.2))
     best = min(fits, key=lambda fit: float(fit.cost))
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     degrees = n - best.x.size

@@ -194,8 +194,13 @@ class ComparisonProblem(ABC):
         """What distinguishes sets of classes that leave as much; empty where nothing is known."""
         return ""
 
-    def with_laws(self, laws: Sequence[Law]) -> "ComparisonProblem | None":
-        """Problem with measured laws among its cards; None of a kind whose laws are its table's."""
+    def with_laws(
+        self, laws: Sequence[Law], beside: Effects | None = None
+    ) -> "ComparisonProblem | None":
+        """Problem with measured laws among its cards; None of a kind whose laws are its table's.
+
+        `beside` are laws of the library that are fitted with them; default: any of them.
+        """
         return None
 
     @property

@@ -27,6 +27,7 @@ from carrierflex.diagnosis.wiring.refits import (
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
+from carrierflex.identification.estimation.gauss_newton import StopRule
 
 ANGLE = "carrier_angle"
 #: First steps of an angle [rad] and of a load over its largest value.
@@ -182,7 +183,10 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
 def _least(
     square: Callable[[FloatArray], float], size: FloatArray, step: float
 ) -> tuple[FloatArray, float]:
-    """Size at which a mean square is least, and that: vertices of paraboloids, each nearer."""
+    """Size at which a mean square is least, and that: vertices of paraboloids, each nearer.
+
+    It ends where a vertex gained what its paraboloid promised: a narrower one gains no more.
+    """
     n = size.size
     least = square(size)
     for width in step * _NARROWER ** np.arange(_ROUNDS):
@@ -198,11 +202,14 @@ def _least(
                 curvature[i, j] = curvature[j, i] = mixed
         if not (np.isfinite(curvature).all() and np.linalg.eigvalsh(curvature).min() > 0.0):
             break
-        vertex = size - np.linalg.solve(curvature, slope)
-        reached = square(vertex)
+        step_to_vertex = -np.linalg.solve(curvature, slope)
+        promised = least + 0.5 * float(slope @ step_to_vertex)
+        reached = square(size + step_to_vertex)
         if not reached < least:
             break
-        size, least = vertex, reached
+        size, least = size + step_to_vertex, reached
+        if abs(reached - promised) <= StopRule.kept_promise * reached:
+            break
     return size, least
 
 

@@ -3,6 +3,9 @@
 And which orders and sensor patterns are kept.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,40 +27,60 @@ def highest_order(n_planets: int) -> int:
     return 4 * n_planets
 
 
-def order_amplitudes(
-    rows: FloatArray, theta: FloatArray, highest: int
-) -> tuple[NDArray[np.complex128], FloatArray]:
-    """Complex amplitude of every order of every row: ``row = Re(sum_n Y(n) exp(j n theta))``.
+@dataclass(frozen=True, eq=False)
+class OrderFit:
+    """Fit of the orders 0 to the highest to samples of one revolution, for any signals there.
 
     Parameters
     ----------
-    rows : ndarray, shape (k, n)
-        Signals of one revolution, without missing samples.
     theta : ndarray, shape (n,)
         Carrier angle [rad].
     highest : int
         Highest order.
-
-    Returns
-    -------
-    orders : ndarray of complex, shape (highest + 1, k)
-        Amplitudes.
-    scatter : ndarray, shape (2,)
-        Sum of squares of the first row about its orders, and its degrees of freedom.
 
     Notes
     -----
     Least squares against the measured angle. It does the work of resampling to equal angle and a
     Fourier transform without interpolation between samples; a missing sample is simply absent.
     """
-    phase = np.outer(theta, np.arange(1, highest + 1))
-    design = np.hstack([np.ones((theta.size, 1)), np.cos(phase), np.sin(phase)])
-    solution = np.linalg.solve(design.T @ design, design.T @ rows.T)
-    residual = rows[0] - design @ solution[:, 0]
-    sines = np.vstack([np.zeros(len(rows)), solution[highest + 1 :]])
-    return solution[: highest + 1] - 1j * sines, np.array(
-        [residual @ residual, theta.size - design.shape[1]]
-    )
+
+    theta: FloatArray
+    highest: int
+
+    @cached_property
+    def is_too_sparse(self) -> bool:
+        """Whether the samples leave too large a gap for the highest order."""
+        return too_sparse(self.theta, self.highest)
+
+    def amplitudes(self, rows: FloatArray) -> tuple[NDArray[np.complex128], FloatArray]:
+        """Complex amplitude of every order of every row: ``row = Re(sum_n Y(n) exp(j n theta))``.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (k, n)
+            Signals, without missing samples.
+
+        Returns
+        -------
+        orders : ndarray of complex, shape (highest + 1, k)
+            Amplitudes.
+        scatter : ndarray, shape (2,)
+            Sum of squares of the first row about its orders, and its degrees of freedom.
+        """
+        design, solved = self._solved
+        solution = solved @ rows.T
+        residual = rows[0] - design @ solution[:, 0]
+        n = self.highest + 1
+        sines = np.vstack([np.zeros(len(rows)), solution[n:]])
+        scatter = np.array([residual @ residual, self.theta.size - design.shape[1]])
+        return solution[:n] - 1j * sines, scatter
+
+    @cached_property
+    def _solved(self) -> tuple[FloatArray, FloatArray]:
+        """Waves at the samples, shape (n, m), and the solution by least squares, shape (m, n)."""
+        phase = np.outer(self.theta, np.arange(1, self.highest + 1))
+        design = np.hstack([np.ones((self.theta.size, 1)), np.cos(phase), np.sin(phase)])
+        return design, np.linalg.solve(design.T @ design, design.T)
 
 
 def too_sparse(angle: FloatArray, max_order: int) -> bool:

@@ -234,7 +234,9 @@ def planet_pass_pattern(
     return torque_ratio * np.cos(phase), torque_ratio * np.sin(phase)
 
 
-def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArray, ...]:
+def drift_patterns(
+    time: FloatArray, start: float | FloatArray, end: float | FloatArray
+) -> tuple[FloatArray, ...]:
     """Slow drift over a record.
 
     Legendre polynomials of degree 1, 2, 3 in time, from -1 at its start to 1 at its end.
@@ -243,7 +245,7 @@ def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArr
     ----------
     time : ndarray
         Time [s].
-    start, end : float
+    start, end : float or ndarray, shape of `time`
         First and last time of the record [s].
 
     Returns
@@ -251,5 +253,5 @@ def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArr
     tuple of ndarray
         Signals per coefficient [m/m]; none of them has a mean, which is the axial offset's.
     """
-    u = (2.0 * time - start - end) / max(end - start, np.finfo(float).tiny)
+    u = (2.0 * time - start - end) / np.maximum(end - start, np.finfo(float).tiny)
     return u, 1.5 * u**2 - 0.5, 2.5 * u**3 - 1.5 * u

@@ -28,8 +28,8 @@ class CarrierInputs:
     ----------
     time, carrier_angle, torque, ntl_y, ntl_z : ndarray, shape (n,)
         [s], [rad], [N m], [N], [N].
-    start, end : float
-        First and last time of the whole run [s].
+    start, end : float or ndarray, shape (n,)
+        First and last time of the whole run [s]; of samples of several runs those of each sample.
     """
 
     time: FloatArray
@@ -37,8 +37,8 @@ class CarrierInputs:
     torque: FloatArray
     ntl_y: FloatArray
     ntl_z: FloatArray
-    start: float
-    end: float
+    start: float | FloatArray
+    end: float | FloatArray
 
 
 def inputs_of_columns(columns: Mapping[str, FloatArray]) -> CarrierInputs:

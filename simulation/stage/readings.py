@@ -317,8 +317,8 @@ def _coefficients(
     """Coefficients of the rim's effects, torque counted in newton metres."""
     at_rest, per_torque, per_load = effects.saddle
     # A steady drift from time zero: its mean over the record, and its slope.
-    mean_drift = effects.drift_rate * 0.5 * (inputs.start + inputs.end)
-    half_drift = effects.drift_rate * 0.5 * (inputs.end - inputs.start)
+    mean_drift = effects.drift_rate * 0.5 * float(inputs.start + inputs.end)
+    half_drift = effects.drift_rate * 0.5 * float(inputs.end - inputs.start)
     return {
         AXIAL_OFFSET: (effects.axial_offset + mean_drift,),
         THERMAL_DRIFT: (half_drift, 0.0, 0.0),

@@ -7,7 +7,7 @@ planets have as many more nodes. A shape is linear between its nodes; several sh
 of the signal. No more columns are in memory at once than a chunk holds.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -169,9 +169,8 @@ class ColumnSource:
         """Features of the flexible residual model, the same at every sensor, shape (k, n)."""
         torque = inputs.torque / self.rig.nominal_torque
         forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
-        u = (2.0 * inputs.time - inputs.start - inputs.end) / max(
-            inputs.end - inputs.start, np.finfo(float).tiny
-        )
+        lasts = np.maximum(inputs.end - inputs.start, np.finfo(float).tiny)
+        u = (2.0 * inputs.time - inputs.start - inputs.end) / lasts
         quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
         quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
         terms = flexible_terms(self.rig.n_planets)
@@ -289,16 +288,10 @@ class RunColumns:
         return inputs_of(self.run)
 
     @cached_property
-    def delayed_inputs(self) -> list[CarrierInputs]:
-        """Inputs whose carrier angle is that of some time ago, at the nodes of the delay."""
-        inputs = self.inputs
+    def delayed_angles(self) -> list[FloatArray]:
+        """Carrier angle of some time ago [rad], at the nodes of the delay."""
         return [
-            replace(
-                inputs,
-                carrier_angle=delayed_angle(
-                    inputs.time, inputs.carrier_angle, shift / self.source.speed
-                ),
-            )
+            delayed_angle(self.run.time, self.inputs.carrier_angle, shift / self.source.speed)
             for shift in delay_nodes(self.source.rig.n_planets).tolist()
         ]
 
@@ -351,41 +344,9 @@ class RunColumns:
         source : ColumnSource, optional
             What computes the effects' columns; default: that of the run.
         """
-        source = source or self.source
         for chunk in self._chunks(blocks):
-            samples = np.sort(
-                np.concatenate([self.revolutions[r] for block in chunk for r in block])
-            )
-            inputs = inputs_at(self.inputs, samples)
-            rows = self._rows(source, channel, samples, inputs, owners)
-            index = ColumnIndex({key: number for number, key in enumerate(rows)})
-            table = np.array(list(rows.values()))
-            del rows  # as large as the table
-            is_complete = np.isfinite(table).all(axis=0)
-            for block in chunk:
-                revolutions = [self.revolutions[r] for r in block]
-                yield BlockColumns(index, table, samples, is_complete, inputs, revolutions)
-
-    def _rows(
-        self,
-        source: ColumnSource,
-        channel: Channel,
-        samples: IntArray,
-        inputs: CarrierInputs,
-        owners: Collection[str] | None,
-    ) -> dict[Key, FloatArray]:
-        """Columns at a sensor at some samples, whose inputs are given, the target first."""
-        follows_delay = any(
-            effect.follows_delay
-            for effect in source.effects.values()
-            if owners is None or effect.id in owners
-        )
-        shifted = self.delayed_inputs if follows_delay else []
-        late = [inputs_at(inputs, samples) for inputs in shifted]
-        return {
-            **self.target(channel, samples),
-            **source.rows(rim_sensor(channel), inputs, late, owners),
-        }
+            (of_chunk,) = _made_together([self], channel, [chunk], owners, source)
+            yield from of_chunk
 
     def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
         """Blocks grouped so that no group holds many more samples than a chunk."""
@@ -401,6 +362,84 @@ class RunColumns:
         return groups
 
 
+def groups_of_runs(runs: Sequence[Run]) -> Iterator[range]:
+    """Numbers of neighbouring runs whose columns are in memory at once."""
+    first, n_samples = 0, 0
+    for r, run in enumerate(runs):
+        if n_samples and n_samples + run.time.size > _CHUNK:
+            yield range(first, r)
+            first, n_samples = r, 0
+        n_samples += run.time.size
+    yield range(first, len(runs))
+
+
+def blocks_of_runs(
+    runs: Sequence[RunColumns],
+    channel: Channel,
+    blocks: Sequence[Sequence[IntArray]],
+    owners: Collection[str] | None = None,
+    source: ColumnSource | None = None,
+) -> Iterator[Iterable[BlockColumns]]:
+    """Columns of some blocks of every run of a group at a sensor, those of short runs at once.
+
+    `blocks` are those of each run; `owners` and `source` as in :meth:`RunColumns.of`.
+    """
+    if len(runs) == 1:
+        yield runs[0].of(channel, blocks[0], owners, source)
+    else:
+        yield from _made_together(runs, channel, blocks, owners, source)
+
+
+def _made_together(
+    runs: Sequence[RunColumns],
+    channel: Channel,
+    blocks: Sequence[Sequence[IntArray]],
+    owners: Collection[str] | None,
+    source: ColumnSource | None,
+) -> Iterator[list[BlockColumns]]:
+    """Columns of some blocks of every run, all of them in memory at once."""
+    source = source or runs[0].source
+    samples = [
+        np.sort(np.concatenate([run.revolutions[r] for block in of_run for r in block]))
+        for run, of_run in zip(runs, blocks, strict=True)
+    ]
+    by_run = list(zip(runs, samples, strict=True))
+    inputs = [inputs_at(run.inputs, some) for run, some in by_run]
+    every = in_a_row(inputs) if len(runs) > 1 else inputs[0]
+    follows_delay = any(
+        effect.follows_delay
+        for effect in source.effects.values()
+        if owners is None or effect.id in owners
+    )
+    angles = [[angle[some] for angle in run.delayed_angles] for run, some in by_run * follows_delay]
+    late = [
+        replace(every, carrier_angle=np.concatenate(of_node))
+        for of_node in zip(*angles, strict=True)
+    ]
+    targets = [run.target(channel, some) for run, some in by_run]
+    rows = {key: np.concatenate([of_run[key] for of_run in targets]) for key in targets[0]}
+    rows |= source.rows(rim_sensor(channel), every, late, owners)
+    index = ColumnIndex({key: number for number, key in enumerate(rows)})
+    table = np.array(list(rows.values()))
+    del rows  # as large as the table
+    is_complete = np.isfinite(table).all(axis=0)
+    first = 0
+    for (run, some), of_run, at in zip(by_run, blocks, inputs, strict=True):
+        part = slice(first, first + some.size)
+        first = part.stop
+        yield [
+            BlockColumns(
+                index,
+                table[:, part],
+                some,
+                is_complete[part],
+                at,
+                [run.revolutions[r] for r in block],
+            )
+            for block in of_run
+        ]
+
+
 @dataclass(frozen=True, eq=False)
 class _SomeSamples:
     """A few samples of every run, one after the other."""
@@ -408,9 +447,7 @@ class _SomeSamples:
     runs: Sequence[Run]  # Records within their windows of use
     samples: Sequence[IntArray]  # Numbers of the samples in every run
     source: ColumnSource  # Effects, rig and typical speed
-    #: Inputs at all of them; m in all. Their time is the part of the run that is over, which is
-    #: what effects follow.
-    inputs: CarrierInputs
+    inputs: CarrierInputs  # Inputs at all of them; m in all
     late: Sequence[CarrierInputs]  # The same inputs at the nodes of the delay
 
     def rows(self, channel: Channel) -> FloatArray:
@@ -436,6 +473,7 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
     """
     chosen = []
     inputs_by_run = []
+    angles_by_run = []
     for run in runs:
         last = run.time.size - 1
         even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
@@ -443,21 +481,29 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
         samples = np.unique(np.concatenate([even, close, last - close]))
         columns = RunColumns(run, source)
         chosen.append(samples)
-        inputs_by_run.append(
-            [inputs_at(inputs, samples) for inputs in (columns.inputs, *columns.delayed_inputs)]
-        )
-    inputs, *late = [_in_a_row(of_runs) for of_runs in zip(*inputs_by_run, strict=True)]
+        inputs_by_run.append(inputs_at(columns.inputs, samples))
+        angles_by_run.append([angle[samples] for angle in columns.delayed_angles])
+    inputs = in_a_row(inputs_by_run)
+    late = [
+        replace(inputs, carrier_angle=np.concatenate(of_node))
+        for of_node in zip(*angles_by_run, strict=True)
+    ]
     return _SomeSamples(runs, chosen, source, inputs, late)
 
 
-def _in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other, each run's time from 0 to 1."""
+def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
+    """Inputs of several runs one after the other.
+
+    Columns follow the inputs sample by sample: those of short runs cost little more than of one.
+    """
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
-        for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
+        for name in ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
     }
-    time = [(inputs.time - inputs.start) / (inputs.end - inputs.start) for inputs in inputs_of_runs]
-    return CarrierInputs(time=np.concatenate(time), **rows, start=0.0, end=1.0)
+    sizes = [inputs.time.size for inputs in inputs_of_runs]
+    start = np.repeat([inputs.start for inputs in inputs_of_runs], sizes)
+    end = np.repeat([inputs.end for inputs in inputs_of_runs], sizes)
+    return CarrierInputs(**rows, start=start, end=end)
 
 
 def inputs_of(run: Run) -> CarrierInputs:

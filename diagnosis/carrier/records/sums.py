@@ -12,28 +12,27 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
     BlockColumns,
     ColumnIndex,
     ColumnSource,
     RunColumns,
+    blocks_of_runs,
     columns_of_campaign,
+    groups_of_runs,
     some_samples,
 )
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.identification.campaign.order_analysis import (
-    highest_order,
-    order_amplitudes,
-    too_sparse,
-)
+from carrierflex.identification.campaign.order_analysis import OrderFit, highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
@@ -141,26 +140,41 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
     # In an orthonormal basis of all rows: fewer numbers than samples.
     scaled = np.asarray(np.linalg.qr(scaled.T, mode="r")).T
     members: list[int] = []
-    directions = np.empty((0, scaled.shape[1]))
-    off = scaled.copy()
+    directions = np.empty((scaled.shape[1], scaled.shape[1]))
     groups = (np.arange(n_effects), np.arange(n_effects, len(rows)))
-    for group, limit in product(groups, _OFF_THE_OTHERS):
-        for k in group.tolist():
-            size = float(np.linalg.norm(off[k]))
-            if size <= limit:
-                continue
-            members.append(k)
-            direction = off[k] / size
-            direction -= (directions @ direction) @ directions  # what rounding left
-            direction /= np.linalg.norm(direction)
-            directions = np.vstack([directions, direction])
-            off -= np.outer(off @ direction, direction)
+    for group in groups:
+        off = _off(scaled[group], directions[: len(members)])
+        for limit in _OFF_THE_OTHERS:
+            # What lies within the others by the last limit is in no basis.
+            numbers = np.flatnonzero(np.linalg.norm(off, axis=1) > _OFF_THE_OTHERS[-1])
+            rest, first = off[numbers], 0
+            while True:
+                above = np.flatnonzero(np.linalg.norm(rest[first:], axis=1) > limit)
+                if not above.size:
+                    break
+                first += int(above[0])
+                known = directions[: len(members)]
+                direction = _off(rest[first] / np.linalg.norm(rest[first]), known)  # rounding
+                direction /= np.linalg.norm(direction)
+                directions[len(members)] = direction
+                members.append(int(group[numbers[first]]))
+                rest -= np.outer(rest @ direction, direction)
+                first += 1
+            off = rest
+            group = group[numbers]
     chosen = np.array(sorted(members), dtype=np.int64)
     weights = np.zeros((len(rows), chosen.size))
     weights[chosen] = np.eye(chosen.size)
+    by_direction = scaled @ directions[: len(members)].T
     for group in groups:
         usable = chosen[chosen <= group[-1]]
-        by_all = np.linalg.lstsq(scaled[usable].T, scaled[group].T, rcond=None)[0].T
+        n_usable = usable.size
+        # Members lie in the directions up to their own.
+        in_turn = np.array(members[:n_usable], dtype=np.int64)
+        by_member = solve_triangular(
+            by_direction[in_turn, :n_usable], by_direction[group, :n_usable].T, trans=1, lower=True
+        )
+        by_all = by_member.T[:, np.argsort(in_turn)]
         # Anew by those that count: what rounding makes of the others makes up for each other.
         others = np.flatnonzero(~np.isin(group, chosen))
         counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
@@ -169,6 +183,11 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
             solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
             weights[np.ix_(rows_alike, used)] = solved.T
     return chosen, weights * length[:, None] / length[chosen]
+
+
+def _off(rows: FloatArray, directions: FloatArray) -> FloatArray:
+    """What of some rows lies off orthonormal directions."""
+    return np.asarray(rows - (rows @ directions.T) @ directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,16 +296,20 @@ class CarrierSums:
         return np.asarray(first * size - first * (first - 1) // 2 + second - first)
 
 
-def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
-    """Accumulate the sums of a campaign."""
+def accumulated_sums(
+    campaign: Campaign, source: ColumnSource, like: CarrierSums | None = None
+) -> CarrierSums:
+    """Accumulate the sums of a campaign; `like` are others of it with the segments that it has."""
     runs = campaign.within_use().runs
     index = columns_of_campaign(runs[0], campaign.channels[0], source)
     n_channels = len(campaign.channels)
     basis = _column_basis(runs, campaign.channels, source)
-    sums = _filled(campaign, source, index, basis)
-    if sums is None:
-        # Columns that were combinations where they were looked at, and are none elsewhere.
-        sums = _filled(campaign, source, index, _every_column(index.size - 1, n_channels))
+    # Columns may be combinations where they were looked at, and none elsewhere.
+    for one in (basis, _every_column(index.size - 1, n_channels)):
+        n_blocks = _blocks_a_run(campaign, index if like is None else like.index, one.size)
+        sums = _filled(campaign, source, index, one, n_blocks)
+        if sums is not None:
+            break
     assert sums is not None
     segments = []
     for p, r in enumerate(sums.run_of_segment.tolist()):
@@ -297,10 +320,13 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
 
 
 def _filled(
-    campaign: Campaign, source: ColumnSource, index: ColumnIndex, basis: _ColumnBasis
+    campaign: Campaign,
+    source: ColumnSource,
+    index: ColumnIndex,
+    basis: _ColumnBasis,
+    n_blocks: int,
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
-    n_blocks = _blocks_a_run(campaign, index, basis.size)
     runs = campaign.within_use().runs
     revolutions = [len(whole_revolutions(run).samples) for run in runs]
     numbers = np.arange(len(runs))
@@ -324,8 +350,9 @@ def _filled(
         run_of_revolution=run_of_revolution,
         loads=np.empty((run_of_revolution.size, 3)),
     )
-    for r, run in enumerate(runs):
-        if not _fill(sums, r, RunColumns(run, source), campaign, n_blocks):
+    for group in groups_of_runs(runs):
+        columns = [RunColumns(runs[r], source) for r in group]
+        if not _fill(sums, group, columns, campaign.channels, n_blocks):
             return None
     return sums
 
@@ -356,51 +383,68 @@ def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
 
 
 def _fill(
-    sums: CarrierSums, run: int, columns: RunColumns, campaign: Campaign, n_blocks: int
+    sums: CarrierSums,
+    numbers: range,
+    runs: Sequence[RunColumns],
+    channels: Sequence[Channel],
+    n_blocks: int,
 ) -> bool:
-    """Put the sums of one run where they stand among all; tell whether the basis holds."""
-    blocks = columns.blocks(n_blocks)
-    inputs = columns.inputs
-    loads = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
-    first_turn = int(np.argmax(sums.run_of_revolution == run))
-    first_segment = int(np.argmax(sums.run_of_segment == run))
-    products = np.zeros((len(blocks), *sums.products.shape[1:]))
-    for r, rows in enumerate(columns.revolutions):
-        sums.loads[first_turn + r] = [column[rows].mean() for column in loads]
-    for c, channel in enumerate(campaign.channels):
+    """Put the sums of some runs where they stand among all; tell whether the basis holds."""
+    blocks = [run.blocks(n_blocks) for run in runs]
+    turns = np.searchsorted(sums.run_of_revolution, numbers).tolist()
+    segments = np.searchsorted(sums.run_of_segment, [*numbers, numbers.stop]).tolist()
+    products = np.zeros((segments[-1] - segments[0], *sums.products.shape[1:]))
+    for turn, run in zip(turns, runs, strict=True):
+        loads = (run.inputs.torque, run.inputs.ntl_y, run.inputs.ntl_z)
+        for r, rows in enumerate(run.revolutions, start=turn):
+            sums.loads[r] = [column[rows].mean() for column in loads]
+    # Sensors that miss no sample share the fit of the orders.
+    fits: dict[int, OrderFit] = {}
+    for c, channel in enumerate(channels):
         members = sums.basis.members[c]
         upper = np.triu_indices(members.size)
         triangle = sums.triangle(*upper)
-        turn = first_turn
-        for p, block in enumerate(columns.of(channel, blocks), start=first_segment):
-            if not sums.basis.holds(c, block.rows[1:, ::_CHECKED]):
-                return False
-            end = turn + len(block.revolutions)
-            rows = block.rows[np.append(0, 1 + members)[: sums.amplitudes.shape[2]]]
-            _fill_amplitudes(block, rows, sums.amplitudes[turn:end, c], sums.within[turn:end, c])
-            present = block.rows[:, block.all_present]
-            basis = present[1 + members]
-            sums.target[p, c] = present @ present[0]
-            products[p - first_segment, c, triangle] = (basis @ basis.T)[upper]
-            sums.counts[p, c] = present.shape[1]
-            turn = end
-    sums.products[first_segment : first_segment + len(blocks)] = products
+        with_orders = np.append(0, 1 + members)[: sums.amplitudes.shape[2]]
+        of_runs = blocks_of_runs(runs, channel, blocks)
+        for turn, segment, of_run in zip(turns, segments[:-1], of_runs, strict=True):
+            first = turn
+            for p, block in enumerate(of_run, start=segment):
+                present = block.rows[:, block.all_present]
+                if not sums.basis.holds(c, present[1:, ::_CHECKED]):
+                    return False
+                _fill_amplitudes(sums, block, with_orders, fits, (first, c))
+                basis = present[1 + members]
+                sums.target[p, c] = present @ present[0]
+                products[p - segments[0], c, triangle] = (basis @ basis.T)[upper]
+                sums.counts[p, c] = present.shape[1]
+                first += len(block.revolutions)
+    sums.products[segments[0] : segments[-1]] = products
     return True
 
 
 def _fill_amplitudes(
-    block: BlockColumns, rows: FloatArray, amplitudes: ComplexArray, within: FloatArray
+    sums: CarrierSums,
+    block: BlockColumns,
+    numbers: IntArray,
+    fits: dict[int, OrderFit],
+    at: tuple[int, int],
 ) -> None:
-    """Fill the orders of some rows by revolution, and what is left of the target about its own."""
-    n_rows, highest = len(rows), amplitudes.shape[-1] - 1
-    for r, revolution in enumerate(block.revolutions):
+    """Fill the orders of some rows by revolution, and what is left of the target about its own.
+
+    `at` are the first revolution among all and the channel.
+    """
+    turn, c = at
+    highest = sums.amplitudes.shape[-1] - 1
+    for r, revolution in enumerate(block.revolutions, start=turn):
         present = block.present(revolution)
         theta = block.inputs.carrier_angle[present]
-        if too_sparse(theta, highest):
-            amplitudes[r] = np.nan
+        if r not in fits or not np.array_equal(fits[r].theta, theta):
+            fits[r] = OrderFit(theta, highest)
+        if fits[r].is_too_sparse:
+            sums.amplitudes[r, c] = np.nan
         else:
-            of_orders, within[r] = order_amplitudes(rows[:, present], theta, highest)
-            amplitudes[r, :n_rows] = of_orders.T
+            of_orders, sums.within[r, c] = fits[r].amplitudes(block.rows[numbers[:, None], present])
+            sums.amplitudes[r, c, : numbers.size] = of_orders.T
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:

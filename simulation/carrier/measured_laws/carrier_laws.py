@@ -108,7 +108,7 @@ def _followed(
     if follows == BY_TORQUE:
         return inputs.torque, 1.0
     if follows == TIME:
-        lasts = max(inputs.end - inputs.start, np.finfo(float).tiny)
+        lasts = np.maximum(inputs.end - inputs.start, np.finfo(float).tiny)
         return (inputs.time - inputs.start) / lasts, 1.0
     if follows not in ALONG_LOAD:
         return np.zeros(inputs.carrier_angle.shape), 1.0

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.records import sums
+from carrierflex.diagnosis.carrier.records import columns, sums
 from carrierflex.diagnosis.carrier.records.columns import some_samples
 from carrierflex.diagnosis.carrier.records.sums import (
     _column_basis,
     _every_column,
     accumulated_sums,
 )
+from carrierflex.simulation.carrier.effect import Effect, lengths
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
 
 
@@ -36,9 +37,26 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     scale = length[..., :, None] * length[..., None, :]
     assert (np.abs(result - expected) <= 1e-10 * scale).all()
     # The same where a model takes the target's place.
-    columns, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
-    simulated = [own.with_target(columns, weights).target for own in (problem.records, plain)]
+    some, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
+    simulated = [own.with_target(some, weights).target for own in (problem.records, plain)]
     assert_allclose(simulated[0][..., 0], simulated[1][..., 0], rtol=1e-10)
+
+
+def test_sums_of_runs_made_together_are_those_of_each_run_alone(monkeypatch):
+    problem = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+
+    def hum(sensor, inputs, rig):
+        """A user's law of the time [s], whichever run it is of."""
+        return np.sin(3.0 * inputs.time)[None]
+
+    law = Effect("hum", "sin 3 t", lengths("a"), "a line", pattern=hum)
+    source = replace(problem.model.source, effects={**problem.model.effects, law.id: law})
+    together = accumulated_sums(problem.campaign, source)
+    monkeypatch.setattr(columns, "_CHUNK", 1)
+    alone = accumulated_sums(problem.campaign, source)
+    for name in ("target", "counts", "loads", "amplitudes", "within"):
+        result, expected = getattr(together, name), getattr(alone, name)
+        assert_allclose(result, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_records_that_leave_the_basis_are_taken_with_all_columns():

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.model import effect_rows
-from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
@@ -236,3 +236,18 @@ def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
     size = np.sqrt(np.diagonal(grams[1]))
     change = grams[0] - grams[1]
     assert (np.abs(change) <= 1e-9 * np.outer(size, size)).all()
+
+
+def test_of_thresholds_that_leave_as_much_but_for_rounding_a_fit_begins_at_the_first(monkeypatch):
+    problem = twin_problem(loads=LOADS[:2], turns=3)
+    tried = []
+
+    def rounded(self, effects, choice, start):
+        """Fit of a start, which leaves a rounding less than the one before."""
+        tried.append(start)
+        return start, 1.0 - 1e-15 * len(tried)
+
+    monkeypatch.setattr(CarrierProblem, "_closed_fit", rounded)
+    theta = problem.starts(("pin_clearance",), {})[1]
+    assert len(tried) > 5
+    assert_allclose(theta, tried[0])

@@ -341,3 +341,20 @@ def test_a_coupled_class_takes_the_place_of_its_parts_where_a_product_leaves_les
     assert answer_of(table, ("a", "b", "c")).ids == ("a", "b")
     parts = PARTS | {"products": {"p": ("product",)}}
     assert answer_of(replace(table, **parts), ("a", "b", "c")).ids == answer
+
+
+def test_what_is_held_out_is_left_by_a_fit_of_baseline_and_laws_to_the_other_folds():
+    table = toy_table(A + 0.5 * B, COLUMNS, laws={"a": A, "b": B}, noise=0.01)
+    (first,), (second,) = (law.variants for law in (table.laws["a"][0], table.laws["b"][0]))
+    options = [first, second, np.concatenate([first, second])]
+    results = ClassScores(table, LIMITS).with_laws((), options)
+    for columns, result in zip(options, results, strict=True):
+        fitted = np.concatenate([table.base, columns])
+        expected = np.empty(len(table.gram))
+        for fold, products in enumerate(table.training):
+            c = np.linalg.lstsq(products[np.ix_(fitted, fitted)], products[fitted, 0])[0]
+            weights = np.concatenate([[1.0], -c])
+            every = np.append(0, fitted)
+            for block in np.flatnonzero(table.folds == fold):
+                expected[block] = weights @ table.gram[block][np.ix_(every, every)] @ weights
+        assert_allclose(result.squares, expected, rtol=1e-6)

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults
+from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
 
@@ -67,3 +68,22 @@ def test_a_held_input_comes_back_as_straight_lines_between_its_readings():
     assert (fault.id, fault.about) == ("wiring/held_input", "torque")
     for run in fault.corrected.runs:
         assert_allclose(run.inputs["torque"][:-4], ramp[run.name][:-4], atol=1e-4)
+
+
+@pytest.mark.parametrize(("power", "n_vertices"), [(1.0, 1), (0.9, 4)])
+def test_a_zero_is_sought_until_a_vertex_gains_what_its_parabola_promised(power, n_vertices):
+    campaign = carrier_campaign([run_case("LC1")])
+    stated = campaign.runs[0].inputs["torque"][0]
+    zero = 0.02 * stated
+    tried = []
+
+    def refitted(corrected):
+        """Mean square of a torque whose zero is off, a parabola at the power of one."""
+        moved = corrected.runs[0].inputs["torque"][0] - stated
+        if moved != 0.0:
+            tried.append(moved)
+        return 1e-6 + ((moved - zero) / stated) ** 2 * (1.0 + (moved / zero) ** 2) ** (power - 1.0)
+
+    (rival,) = (one for one in sized_faults(campaign, refitted) if one.about == "torque")
+    assert rival.mean_square == pytest.approx(1e-6, rel=1e-3)
+    assert len(tried) == 3 * n_vertices

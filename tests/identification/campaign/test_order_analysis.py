@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.identification.campaign.order_analysis import (
     PATTERNS,
+    OrderFit,
     highest_order,
-    order_amplitudes,
     too_sparse,
 )
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, pattern_split
@@ -36,7 +36,7 @@ def patterns_of(signal_at, channels=AXIAL):
     rows = []
     for theta in turning():
         signals = np.array([signal_at(theta, c.angle) for c in channels])
-        rows.append(order_amplitudes(signals, theta, MAX_ORDER)[0].T)
+        rows.append(OrderFit(theta, MAX_ORDER).amplitudes(signals)[0].T)
     split = pattern_split(channels, np.array(rows))
     assert split.names == tuple(PATTERN_NAMES[m] for m in PATTERNS)
     return split.amplitudes[..., MAX_ORDER:]
@@ -48,7 +48,7 @@ def test_amplitudes_are_those_of_the_cosine_series_whatever_the_speed_ripple():
     expected[list(amplitudes)] = list(amplitudes.values())
     for theta in turning():
         signal = sum((value * np.exp(1j * n * theta)).real for n, value in amplitudes.items())
-        result, scatter = order_amplitudes(np.array([signal, 2.0 * signal]), theta, MAX_ORDER)
+        result, scatter = OrderFit(theta, MAX_ORDER).amplitudes(np.array([signal, 2.0 * signal]))
         assert_allclose(result.T, [expected, 2.0 * expected], rtol=0, atol=1e-12)
         assert scatter[0] < 1e-20
         assert scatter[1] == theta.size - 25
@@ -57,8 +57,8 @@ def test_amplitudes_are_those_of_the_cosine_series_whatever_the_speed_ripple():
 def test_scatter_about_the_orders_is_the_noise():
     rng = np.random.default_rng(0)
     theta = np.arange(4000) * 2.0 * np.pi / 4000
-    square, degrees = order_amplitudes(
-        (np.cos(3.0 * theta) + 0.1 * rng.standard_normal(4000))[None], theta, MAX_ORDER
+    square, degrees = OrderFit(theta, MAX_ORDER).amplitudes(
+        (np.cos(3.0 * theta) + 0.1 * rng.standard_normal(4000))[None]
     )[1]
     assert_allclose(
         square / degrees, 0.01, rtol=0.07
