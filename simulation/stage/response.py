@@ -28,7 +28,7 @@ from carrierflex.simulation.stage.modal_form import (
     resolved,
     step_matrices,
 )
-from carrierflex.simulation.stage.roller_contact import roller_load, roller_loads
+from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load, roller_loads
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.statics import (
     SteadyLoad,
@@ -73,6 +73,7 @@ _NO_TURN, _SAME_TURN = 1e-12, 1e-9
 _GENTLE = 1e-3
 #: Turn over a step [rad] below which the drive gives rollers less than the energy that they miss.
 _SLOW_TURN = 1e-5
+_Arrays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
 
@@ -421,10 +422,10 @@ def _turned(
 
 @numba.njit(cache=True, inline="always")
 def _expect_teeth(
-    k: StepMatrices,
+    flanks: _Arrays,
     delta: NDArray[np.float64],
     turn: float,
-    stiffness: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    stiffness: _Arrays,
     pushes: NDArray[np.float64],
     force: NDArray[np.float64],
 ) -> None:
@@ -432,7 +433,7 @@ def _expect_teeth(
 
     The motions follow the teeth's stiffness; the forces hardly change.
     """
-    gaps, shares, reference = k.gaps, k.shares, k.reference
+    gaps, shares, reference = flanks
     old_k, mid_k, new_k = stiffness
     torque = 0.0
     for j in range(len(gaps)):
@@ -451,16 +452,17 @@ def _expect_teeth(
 
 @numba.njit(cache=True, inline="always")
 def _flanks(
-    k: StepMatrices,
+    flanks: _Arrays,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
-    stiffness: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    stiffness: _Arrays,
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
     """Force and tangent of the flanks."""
     old_k, mid_k, new_k = stiffness
-    h, gaps, shares, reference = k.h, k.gaps, k.shares, k.reference
+    gaps, shares, reference = flanks
     moved = h * s[0]
     per_turn = 0.5 / moved if abs(moved) > _NO_TURN else 0.0
     torque = 0.0
@@ -491,15 +493,16 @@ def _flanks(
 
 @numba.njit(cache=True, inline="always")
 def _clearances(
-    k: StepMatrices,
+    clearance: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    first: int,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
     """Force and tangent of the bearings with clearance."""
-    h, clearance, reference = k.h, k.clearance, k.reference
-    first = _FLANKS + len(k.gaps) + k.K_turning.shape[1]
     for i in range(len(clearance)):
         y = first + 2 * i
         z = y + 1
@@ -515,7 +518,10 @@ def _clearances(
 
 @numba.njit(cache=True, inline="always")
 def _rollers(
-    k: StepMatrices,
+    rollers: RollerSet,
+    reference: NDArray[np.float64],
+    first: int,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
     force: NDArray[np.float64],
@@ -525,8 +531,6 @@ def _rollers(
 
     Returned: gradient of their energy by the carrier angle, and the energy [J].
     """
-    h, reference, rollers = k.h, k.reference, k.rollers
-    first = len(k.B) - 3 * len(k.splines) - 4 * len(k.rollers.directions)
     middle, load, stiffness = np.empty(4), np.empty(4), np.empty((4, 4))
     angle = delta[0] + 0.5 * h * s[0]
     by_angle, energy = 0.0, 0.0
@@ -602,14 +606,16 @@ def _quill_energies(k: StepMatrices, delta: NDArray[np.float64]) -> float:
 
 
 @numba.njit(cache=True)
-def _inverse(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse of ``1 - tangent W`` by columns, shape (m, m)."""
+def _inverse(
+    W: NDArray[np.float64], blocks: NDArray[np.int64], tangent: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Inverse of ``1 - tangent W`` by columns, shape (m, m), of W by columns."""
     rows = np.eye(len(tangent))
-    for first, size in k.blocks:
+    for first, size in blocks:
         for i in range(first, first + size):
             for j in range(first, first + size):
                 if tangent[i, j] != 0.0:
-                    rows[i] -= tangent[i, j] * k.W[j]
+                    rows[i] -= tangent[i, j] * W[:, j]
     return np.ascontiguousarray(np.linalg.inv(rows).T)
 
 
@@ -639,7 +645,9 @@ def _add_tangent(
 
 @numba.njit(cache=True, inline="always")
 def _newton_step(
-    k: StepMatrices,
+    W: NDArray[np.float64],
+    blocks: NDArray[np.int64],
+    h: float,
     tangent: NDArray[np.float64],
     gap: NDArray[np.float64],
     inverse: NDArray[np.float64],
@@ -651,7 +659,7 @@ def _newton_step(
     By `inverse`, that of an earlier such matrix, refined; made anew where it has become too coarse.
     Returned: the largest change of the channels' motion [m].
     """
-    W, blocks, h, m = k.W_columns, k.blocks, k.h, len(gap)
+    m = len(gap)
     rest, step, moving = gap.copy(), np.empty(m), np.empty(m)
     change[:] = 0.0
     moved[:] = 0.0
@@ -663,7 +671,7 @@ def _newton_step(
         _add_product(1.0, W, step, moving)
         before, size = size, h * _largest_size(moving)
         if size > _SLOW * before:
-            inverse[:] = _inverse(k, tangent)
+            inverse[:] = _inverse(W, blocks, tangent)
             change[:] = 0.0
             moved[:] = 0.0
             _add_product(1.0, inverse, gap, change)
@@ -691,26 +699,13 @@ def _largest_size(x: NDArray[np.float64]) -> float:
 
 
 @numba.njit(cache=True, inline="always")
-def _fill_stiffness(
-    k: StepMatrices,
-    angle: float,
-    turn: float,
-    mid_k: NDArray[np.float64],
-    new_k: NDArray[np.float64],
-) -> None:
-    """Stiffness of the meshes in the middle and at the end of a step that turns from `angle`."""
-    real, imag = k.real, k.imag
-    fill_mesh_stiffness(real, imag, k.mesh_teeth * (angle + 0.5 * turn), mid_k)
-    fill_mesh_stiffness(real, imag, k.mesh_teeth * (angle + turn), new_k)
-
-
-@numba.njit(cache=True, inline="always")
 def _solve_channels(
     k: StepMatrices,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
     turn: float,
-    stiffness: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    stiffness: _Arrays,
+    flanks: _Arrays,
     missing: float,
     force: NDArray[np.float64],
     inverse: NDArray[np.float64],
@@ -723,14 +718,19 @@ def _solve_channels(
     in :func:`_newton_step`. Returned: the channel that finds no balance, or -1, and as
     :func:`_rollers`.
     """
-    h, m = k.h, len(s)
+    # What has arrays is named once: it is counted in and out wherever it is.
+    h, m, W, blocks = k.h, len(s), k.W_columns, k.blocks
+    real, imag, mesh_teeth = k.real, k.imag, k.mesh_teeth
+    clearance, rollers, reference = k.clearance, k.rollers, k.reference
+    n_loose, n_rolling, n_splines = len(clearance), len(rollers.directions), len(k.splines)
+    rolling = m - 3 * n_splines - 4 * n_rolling
     _, mid_k, new_k = stiffness
     law, change, moved = np.zeros(m), np.empty(m), np.empty(m)
     angle = delta[0]
     first = _FLANKS + len(k.gaps)
     n_turning = k.K_turning.shape[1]
     K, mount = np.empty((n_turning, n_turning)), np.empty((n_turning, n_turning))
-    _add_product(1.0, k.W_columns, force, s)
+    _add_product(1.0, W, force, s)
     _turned(k.K_turning, k.C_turning, angle + 0.5 * h * s[0], K, mount)
     steady = np.zeros(n_turning)
     for i in range(n_turning):
@@ -744,19 +744,23 @@ def _solve_channels(
     for iteration in range(_MOST_ITERATIONS):
         if abs(h * s[0] - turn) > _SAME_TURN:
             turn = h * s[0]
-            _fill_stiffness(k, angle, turn, mid_k, new_k)
-        _flanks(k, s, delta, stiffness, law, tangent)
+            fill_mesh_stiffness(real, imag, mesh_teeth * (angle + 0.5 * turn), mid_k)
+            fill_mesh_stiffness(real, imag, mesh_teeth * (angle + turn), new_k)
+        _flanks(flanks, h, s, delta, stiffness, law, tangent)
         for i in range(n_turning):
             law[first + i] = steady[i]
             for j in range(n_turning):
                 law[first + i] -= mount[i, j] * s[first + j]
-        _clearances(k, s, delta, law, tangent)
-        by_angle, energy = _rollers(k, s, delta, law, tangent)
-        law[0] -= by_angle + given_back
-        _splines(k, s, delta, law, tangent)
+        if n_loose:
+            _clearances(clearance, reference, first + n_turning, h, s, delta, law, tangent)
+        if n_rolling:
+            by_angle, energy = _rollers(rollers, reference, rolling, h, s, delta, law, tangent)
+            law[0] -= by_angle + given_back
+        if n_splines:
+            _splines(k, s, delta, law, tangent)
         for i in range(m):
             law[i] -= force[i]
-        size = _newton_step(k, tangent, law, inverse, change, moved)
+        size = _newton_step(W, blocks, h, tangent, law, inverse, change, moved)
         share = 0.5 if iteration >= _HALVED_FROM and size > _CONVERGED else 1.0
         for i in range(m):
             force[i] += share * change[i]
@@ -790,7 +794,10 @@ def _advance(
     P, S, S_channels, A_inverse_B, A_inverse = k.P, k.S, k.S[:m], k.A_inverse_B, k.A_inverse
     B_columns, P_columns = np.ascontiguousarray(k.B.T), np.ascontiguousarray(P.T)
     omega_2, structural, C_mean, groups = k.stiffness, k.structural, k.C_mean, k.groups
-    gaps, reference = k.gaps, k.reference
+    gaps, reference, real, imag, mesh_teeth = k.gaps, k.reference, k.real, k.imag, k.mesh_teeth
+    flanks = (gaps, k.shares, reference)
+    n_rolling, n_splines = len(k.rollers.directions), len(k.splines)
+    generator, gravity, lag = k.generator_constant, k.gravity, k.lag
     n_kept = len(drive) // every
     x_kept, y_kept = np.zeros((n_kept, len(x))), np.zeros((n_kept, len(x)))
     work = np.zeros((n_kept, 5))
@@ -803,22 +810,24 @@ def _advance(
     rates, moved, s = np.empty(n_loads), np.empty(m + n_loads), np.empty(m)
     force, before = np.zeros(m), np.zeros(m)
     inverse, tangent = np.eye(m), np.zeros((m, m))
-    first, rolling = _FLANKS + len(gaps), m - 3 * len(k.splines) - 4 * len(k.rollers.directions)
-    old_k, mid_k, new_k = np.empty(len(k.real)), np.empty(len(k.real)), np.empty(len(k.real))
+    first, rubbing = _FLANKS + len(gaps), m - 3 * n_splines
+    rolling = rubbing - 4 * n_rolling
+    old_k, mid_k, new_k = np.empty(len(real)), np.empty(len(real)), np.empty(len(real))
     stiffness = (old_k, mid_k, new_k)
-    fill_mesh_stiffness(k.real, k.imag, k.mesh_teeth * delta[0], new_k)
+    fill_mesh_stiffness(real, imag, mesh_teeth * delta[0], new_k)
     pushes = np.zeros((2, len(gaps)))
     speed = k.B[0] @ v
     gain = 0.0
     missing = 0.0
-    follow = 1.0 / (k.lag + 0.5 * h)
+    follow = 1.0 / (lag + 0.5 * h)
     for step in range(len(drive)):
         turn = h * (speed + 0.5 * gain)
         old_k[:] = new_k
-        _fill_stiffness(k, delta[0], turn, mid_k, new_k)
+        fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + 0.5 * turn), mid_k)
+        fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + turn), new_k)
         c, s_ = np.cos(delta[0] + 0.5 * turn), np.sin(delta[0] + 0.5 * turn)
-        a[0], a[1] = drive[step, 0], k.generator_constant * drive[step, 1]
-        a[2], a[3] = -k.gravity * s_, -k.gravity * c
+        a[0], a[1] = drive[step, 0], generator * drive[step, 1]
+        a[2], a[3] = -gravity * s_, -gravity * c
         a[4] = c * drive[step, 2] + s_ * drive[step, 3]
         a[5] = c * drive[step, 3] - s_ * drive[step, 2]
         for i in range(n):
@@ -843,9 +852,9 @@ def _advance(
         for i in range(m):
             s[i] = moved[i]
         _add_product(1.0, B_columns, w, s)
-        _expect_teeth(k, delta, turn, stiffness, pushes, force)
+        _expect_teeth(flanks, delta, turn, stiffness, pushes, force)
         unsettled, by_angle, energy = _solve_channels(
-            k, s, delta, turn, stiffness, missing, force, inverse, tangent
+            k, s, delta, turn, stiffness, flanks, missing, force, inverse, tangent
         )
         _add_product(1.0, A_inverse_B, force, w)
         _add_product(follow, S_channels, force, moved)
@@ -860,14 +869,14 @@ def _advance(
             pushes[0, j] = reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]
         missing -= missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN) * h * s[0]
         absorbed = h * by_angle * s[0]
-        for i in range(rolling, m - 3 * len(k.splines)):
+        for i in range(rolling, rubbing):
             absorbed += h * (reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]) * s[i]
         if abs(absorbed) > _GENTLE * energy:
             missing += _roller_energy(k, delta + h * s) - _roller_energy(k, delta) - absorbed
         rates[:] = 0.0
         _add_product(1.0, P_columns, w, rates)
         # Generator and mount damp the modes with inertia alone.
-        total[1] -= h * k.generator_constant * rates[1] ** 2
+        total[1] -= h * generator * rates[1] ** 2
         for i in range(n_loads):
             rates[i] += moved[m + i]
         total[0] += h * a[0] * rates[0]
@@ -879,10 +888,9 @@ def _advance(
             damped = s[first + i] - moved[first + i]
             for j in range(len(C_mean)):
                 total[4] += h * damped * C_mean[i, j] * (s[first + j] - moved[first + j])
-        if len(k.splines):
+        if n_splines:
             # What a spline takes and its quill does not store, friction dissipates.
-            rubbing = slice(m - 3 * len(k.splines), m)
-            total[4] -= h * (force[rubbing] @ s[rubbing])
+            total[4] -= h * (force[rubbing:] @ s[rubbing:])
             total[4] -= _quill_energies(k, delta + h * s) - _quill_energies(k, delta)
         lost = 0.0
         for i in range(n):
@@ -890,7 +898,7 @@ def _advance(
             q[i] += h * w[i]
             v[i] = 2.0 * w[i] - v[i]
         for i in range(m + n_loads):
-            lost += k.lag * load_rate[i] * moved[i]
+            lost += lag * load_rate[i] * moved[i]
             load[i] += h * load_rate[i]
         total[4] += h * lost
         gain = 2.0 * (s[0] - speed)
