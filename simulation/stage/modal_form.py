@@ -176,10 +176,8 @@ class StepMatrices(NamedTuple):
     """Channels, shape (m, n)."""
     A_inverse_B: NDArray[np.float64]
     """Answer of the mid-step velocity to a unit channel force, shape (m, n)."""
-    W: NDArray[np.float64]
-    """The same seen by the channels, shape (m, m)."""
     W_columns: NDArray[np.float64]
-    """Its transpose: symmetric but for Coriolis forces."""
+    """The same seen by the channels, by columns, shape (m, m)."""
     P: NDArray[np.float64]
     """Loads: torque, generator, weight y z, radial y z, constant, shape (l, n)."""
     S: NDArray[np.float64]
@@ -231,7 +229,7 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
     B, P = np.split(np.ascontiguousarray(stage.forces.T @ stage.Phi), [m])
     S = stage.answer.T @ stage.answer
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
-    W = np.ascontiguousarray(B @ A_inverse @ B.T + S[:m, :m] / (stage.lag + 0.5 * h))
+    W = B @ A_inverse @ B.T + S[:m, :m] / (stage.lag + 0.5 * h)
     # One group where they are not sorted.
     member = _group_of_modes(stage)
     sorted_modes = (np.diff(member) >= 0).all()
@@ -246,7 +244,6 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         A_inverse=np.concatenate([A_inverse[i : i + n, i : i + n].T.ravel() for i, n in groups]),
         B=B,
         A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
-        W=W,
         W_columns=np.ascontiguousarray(W.T),
         P=P,
         S=S,

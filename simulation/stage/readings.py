@@ -242,7 +242,7 @@ def _rim_motion(
     errors: Mapping[str, SensorError],
 ) -> dict[str, NDArray[np.float64]]:
     """Motion of the rim under every sensor by its name, shape (N,) each [m]."""
-    motion = {}
+    motion: dict[str, NDArray[np.float64]] = {}
     for quantity in {sensor.quantity for sensor in sensors}:
         group = [sensor for sensor in sensors if sensor.quantity == quantity]
         rows, tilt = (

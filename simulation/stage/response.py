@@ -620,15 +620,6 @@ def _inverse(
 
 
 @numba.njit(cache=True)
-def _largest_size(x: NDArray[np.float64]) -> float:
-    """Largest absolute value."""
-    largest = 0.0
-    for value in x:
-        largest = max(largest, abs(value))
-    return largest
-
-
-@numba.njit(cache=True)
 def _add_tangent(
     blocks: NDArray[np.int64],
     tangent: NDArray[np.float64],
