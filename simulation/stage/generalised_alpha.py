@@ -198,7 +198,7 @@ class _Stepper:
         load, unused = np.zeros(4), np.zeros((4, 4))
         for b in range(len(channels.rollers.directions)):
             rolling = slice(channels.rolling.start + 4 * b, channels.rolling.start + 4 * b + 4)
-            force[0] -= roller_load(channels.rollers, b, delta[rolling], angle, load, unused)
+            force[0] -= roller_load(channels.rollers, b, delta[rolling], angle, load, unused)[0]
         return force, tangent, by_rate
 
     def _external(self, angle: float, load: Array) -> Array:

@@ -15,6 +15,9 @@ from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.roller_contact import RollerSet
 from carrierflex.simulation.stage.stage_model import StageModel
 
+#: Turn over a step [rad] above which a mode answers statically. To a force at the angular frequency
+#: w its answer is then off by ``(w/omega)^2``: 0.5 % at 1 ms and three times the mesh frequency.
+_FASTEST = 10.0
 #: Damping over critical below which two modes are not coupled: rounding of their shapes.
 _UNCOUPLED = 1e-11
 
@@ -27,23 +30,51 @@ class ModalStage:
     ----------
     model : StageModel
         The equations.
-    Phi : ndarray, shape (n, n)
+    Phi : ndarray, shape (n, k)
         Modes in the coordinates c, mass-normalised, the free drive motion first, then ascending.
-    omega : ndarray, shape (n,)
+    omega : ndarray, shape (k,)
         Angular frequencies [rad/s]; the first is zero.
-    D : ndarray, shape (n, n)
+    D : ndarray, shape (k, k)
         Damping: structural on the diagonal, generator, mount and Coriolis forces full.
+    R : ndarray, shape (n, n - k)
+        Modes without inertia over their frequency: ``R Rᵀ`` is their flexibility.
+    lag : float
+        Damping over stiffness of those [s].
     """
 
     model: StageModel
     Phi: NDArray[np.float64]
     omega: NDArray[np.float64]
     D: NDArray[np.float64]
+    R: NDArray[np.float64]
+    lag: float = 0.0
 
     @property
     def structural_damping(self) -> NDArray[np.float64]:
         """``2 zeta omega`` of every mode [1/s], shape (n,)."""
         return 2.0 * self.model.data.damping_ratio * self.omega
+
+    @property
+    def forces(self) -> NDArray[np.float64]:
+        """Columns of the channels and loads: torque, generator, weight, radial load, constant."""
+        loads = self.model.loads
+        vectors = (
+            loads.torque, loads.generator, loads.weight_y, loads.weight_z, loads.radial_y,
+            loads.radial_z, loads.constant,
+        )  # fmt: skip
+        return np.column_stack([self.model.channels.B, *vectors])
+
+    @property
+    def answer(self) -> NDArray[np.float64]:
+        """Columns ``Rᵀ f`` of :attr:`forces`; what resists the mean speed is in the constant."""
+        model, forces = self.model, self.forces
+        forces[:, -1] -= model.speed * (model.C + model.G)[:, 0]
+        return np.asarray(self.R.T @ forces)
+
+    @property
+    def motion(self) -> NDArray[np.float64]:
+        """Coordinates c of unit modes, then of unit forces on the modes without inertia."""
+        return np.vstack([self.Phi.T, self.answer.T @ self.R.T])
 
 
 def modal_stage(model: StageModel) -> ModalStage:
@@ -88,7 +119,23 @@ def modal_stage(model: StageModel) -> ModalStage:
     Phi[0, 1:] = -(M[0, 1:] @ modes) / M[0, 0]
     omega = np.concatenate([[0.0], 1.0 / np.sqrt(mu)])
     D = Phi.T @ (model.C + model.G) @ Phi + np.diag(2.0 * model.data.damping_ratio * omega)
-    return ModalStage(model, Phi, omega, D)
+    return ModalStage(model, Phi, omega, D, np.zeros((n, 0)))
+
+
+def resolved(stage: ModalStage, h: float) -> ModalStage:
+    """The same modes, those that a step of `h` [s] does not resolve without inertia.
+
+    They have the damping of the fastest: less than their own, which lets no force lag.
+    """
+    fast = stage.omega * h > _FASTEST
+    return replace(
+        stage,
+        Phi=stage.Phi[:, ~fast],
+        omega=stage.omega[~fast],
+        D=stage.D[np.ix_(~fast, ~fast)],
+        R=stage.Phi[:, fast] / stage.omega[fast],
+        lag=2.0 * stage.model.data.damping_ratio / stage.omega.max(),
+    )
 
 
 def grouped(stage: ModalStage) -> ModalStage:
@@ -110,7 +157,10 @@ def _group_of_modes(stage: ModalStage) -> NDArray[np.int64]:
 
 
 class StepMatrices(NamedTuple):
-    """Constants of the compiled time step; modal unless it says. ``n`` modes, ``m`` channels."""
+    """Constants of the compiled time step; modal unless it says.
+
+    ``n`` modes with inertia, ``m`` channels, ``l = 7`` loads.
+    """
 
     h: float
     """Step [s]."""
@@ -121,17 +171,19 @@ class StepMatrices(NamedTuple):
     groups: NDArray[np.int64]
     """First mode and number of modes of every group that damping couples, shape (g, 2)."""
     A_inverse: NDArray[np.float64]
-    """Inverse of ``2/h + D + h/2 omega^2``: the groups' blocks, row by row, one after another."""
+    """Inverse of ``2/h + D + h/2 omega^2``: the groups' blocks, each by columns."""
     B: NDArray[np.float64]
     """Channels, shape (m, n)."""
     A_inverse_B: NDArray[np.float64]
     """Answer of the mid-step velocity to a unit channel force, shape (m, n)."""
-    W: NDArray[np.float64]
-    """The same seen by the channels, shape (m, m)."""
     W_columns: NDArray[np.float64]
-    """Its transpose: symmetric but for Coriolis forces."""
+    """The same seen by the channels, by columns, shape (m, m)."""
     P: NDArray[np.float64]
-    """Loads: torque, generator, weight y z, radial y z, constant, shape (7, n)."""
+    """Loads: torque, generator, weight y z, radial y z, constant, shape (l, n)."""
+    S: NDArray[np.float64]
+    """Motions of channels and loads by their forces on modes without inertia, (m + l, m + l)."""
+    lag: float
+    """Damping over stiffness of those modes [s]."""
     generator_constant: float
     """K of the paper's eq. 9 [N m s]."""
     reference: NDArray[np.float64]
@@ -169,18 +221,15 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
     """Constants of a step of `h` [s] under `gravity` [m/s^2]."""
     model = stage.model
     channels = stage.model.channels
-    loads = stage.model.loads
     A = np.diag(2.0 / h + 0.5 * h * stage.omega**2) + stage.D
     # Rows grow with omega^2: scale before inverting.
     scale = 1.0 / np.sqrt(A.diagonal())
     A_inverse = scale[:, None] * np.linalg.inv(A * np.outer(scale, scale)) * scale
-    B = np.ascontiguousarray(channels.B.T @ stage.Phi)
-    vectors = (
-        loads.torque, loads.generator, loads.weight_y, loads.weight_z, loads.radial_y,
-        loads.radial_z, loads.constant,
-    )  # fmt: skip
+    m = channels.B.shape[1]
+    B, P = np.split(np.ascontiguousarray(stage.forces.T @ stage.Phi), [m])
+    S = stage.answer.T @ stage.answer
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
-    W = np.ascontiguousarray(B @ A_inverse @ B.T)
+    W = B @ A_inverse @ B.T + S[:m, :m] / (stage.lag + 0.5 * h)
     # One group where they are not sorted.
     member = _group_of_modes(stage)
     sorted_modes = (np.diff(member) >= 0).all()
@@ -192,12 +241,13 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         stiffness=stage.omega**2,
         structural=stage.structural_damping,
         groups=groups,
-        A_inverse=np.concatenate([A_inverse[i : i + n, i : i + n].ravel() for i, n in groups]),
+        A_inverse=np.concatenate([A_inverse[i : i + n, i : i + n].T.ravel() for i, n in groups]),
         B=B,
         A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
-        W=W,
         W_columns=np.ascontiguousarray(W.T),
-        P=np.ascontiguousarray(np.array(vectors) @ stage.Phi),
+        P=P,
+        S=S,
+        lag=stage.lag,
         generator_constant=model.data.chain.generator_constant,
         reference=channels.reference,
         real=np.ascontiguousarray(amplitudes.real),

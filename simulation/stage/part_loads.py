@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.pins import pin_angles
-from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
+from carrierflex.simulation.stage.channels import ROLLING_ROWS
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_over, spline_force
-from carrierflex.simulation.stage.roller_contact import roller_load
+from carrierflex.simulation.stage.roller_contact import roller_loads
 from carrierflex.simulation.stage.stage_data import EXPONENT
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.statics import mesh_amplitudes
@@ -75,7 +75,8 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     for i, angle in enumerate(pin_angles(n_planets)):
         load = spring_load(model, f"planet_{i + 1}", c)
         if len(channels.rollers.directions):
-            load[:, ROLLING_ROWS] = _bearing_loads(channels, i, delta)
+            rolling = delta[:, channels.rolling.start + 4 * i + np.arange(4)]
+            load[:, ROLLING_ROWS] = roller_loads(channels.rollers, i, rolling, delta[:, 0])[0]
         axes = np.array(
             [
                 [1.0, 0.0, 0.0],
@@ -173,17 +174,6 @@ def spring_load(model: StageModel, name: str, c: NDArray[np.float64]) -> NDArray
         )
         load[:, 1:3] = np.einsum("nji,jk,nkl,nl->ni", turns, pair, turns, stretch[:, 1:3])
     return np.asarray(load)
-
-
-def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Force y and z [N], moment y and z [N m] of a roller bearing over time, shape (N, 4)."""
-    channel, tangent = channels.rolling.start + 4 * b + np.arange(4), np.zeros((4, 4))
-    loads = np.zeros((len(delta), 4))
-    for instant, motions in enumerate(delta):
-        roller_load(
-            channels.rollers, b, motions[channel], float(motions[0]), loads[instant], tangent
-        )
-    return loads
 
 
 def roller_forces(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -197,9 +198,9 @@ def sensor_signals(
             f"an error is given for sensor {min(unknown)!r}; expected one of the sensors"
         )
     signals = {}
-    rim = _rim_motion(record, reader, sensors)
+    rim = _rim_motion(record, reader, sensors, errors)
     if before is not None and effects.delay != 0.0:
-        rim_before = _rim_motion(before, reader, sensors)
+        rim_before = _rim_motion(before, reader, sensors, errors)
     for sensor in sensors:
         error = errors.get(sensor.name, SensorError())
         signal = _read(model, record, rim, sensor, effects, error)
@@ -217,29 +218,17 @@ def sensor_signals(
     return signals
 
 
-@dataclass(frozen=True, eq=False)
-class _RimMotion:
-    """Motion of the rim at the housing angle v: ``Re Σ amplitude[:, k] exp(j orders[k] v)`` [m]."""
-
-    orders: NDArray[np.int64]
-    amplitude: NDArray[np.complex128]
-
-    def at(self, angle: float) -> NDArray[np.float64]:
-        """Motion under a sensor that looks at the angle [rad], shape (n,)."""
-        return np.asarray((self.amplitude @ np.exp(1j * angle * self.orders)).real)
-
-
 def _read(
     model: StageModel,
     record: StageRecord,
-    rim: Mapping[str, _RimMotion],
+    rim: Mapping[str, NDArray[np.float64]],
     sensor: Sensor,
     effects: ReadingEffects,
     error: SensorError,
 ) -> NDArray[np.float64]:
     """Signal of one sensor with its errors, neither delayed nor noisy."""
     angle = sensor.angle + error.angle
-    clean = rim[sensor.quantity].at(angle)
+    clean = rim[sensor.name]
     if effects.reference == "housing":
         clean = clean - _housing_motion(model, record, sensor, angle)
     clean = clean + _patterns(model, record, sensor, angle, effects)
@@ -247,22 +236,60 @@ def _read(
 
 
 def _rim_motion(
-    record: StageRecord, reader: RimReader, sensors: Sequence[Sensor]
-) -> dict[str, _RimMotion]:
-    """Motion of the rim by the quantity that sensors read of it."""
-    turned = np.exp(-1j * np.outer(record.c[:, 0], reader.orders))
-    motion = {}
+    record: StageRecord,
+    reader: RimReader,
+    sensors: Sequence[Sensor],
+    errors: Mapping[str, SensorError],
+) -> dict[str, NDArray[np.float64]]:
+    """Motion of the rim under every sensor by its name, shape (N,) each [m]."""
+    motion: dict[str, NDArray[np.float64]] = {}
     for quantity in {sensor.quantity for sensor in sensors}:
+        group = [sensor for sensor in sensors if sensor.quantity == quantity]
         rows, tilt = (
             (reader.axial, reader.misaligned_axial)
             if quantity == AXIAL
             else (reader.radial, reader.misaligned_radial)
         )
-        # Real and imaginary columns: numpy would make complex numbers of the coordinates.
-        columns = np.ascontiguousarray(rows.T).view(np.float64)
-        amplitude = (record.c @ columns).view(np.complex128) + tilt
-        motion[quantity] = _RimMotion(reader.orders, amplitude * turned)
+        angles = [sensor.angle + errors.get(sensor.name, SensorError()).angle for sensor in group]
+        under = np.exp(1j * np.outer(angles, reader.orders))
+        # Real and imaginary columns: numpy would make complex numbers of the coordinates, of which
+        # half, those of other bodies, move no rim.
+        moving = rows.any(axis=0)
+        columns = np.ascontiguousarray(rows[:, moving].T).view(np.float64)
+        amplitude = (record.c[:, moving] @ columns).view(np.complex128)
+        read = np.empty((len(group), len(record.c)))
+        _add_orders(amplitude, tilt, reader.orders, record.c[:, 0], under, read)
+        motion |= {sensor.name: row for sensor, row in zip(group, read, strict=True)}
     return motion
+
+
+@numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
+def _add_orders(
+    amplitude: NDArray[np.complex128],
+    tilt: NDArray[np.complex128],
+    orders: NDArray[np.int64],
+    theta: NDArray[np.float64],
+    under: NDArray[np.complex128],
+    read: NDArray[np.float64],
+) -> None:
+    """Sums over orders of ``Re (amplitude + tilt) exp(-j orders theta) under`` for `read`."""
+    n_orders = len(orders)
+    real, imag = np.empty(n_orders), np.empty(n_orders)
+    under_real, under_imag = under.real.copy(), under.imag.copy()
+    for instant in range(len(theta)):
+        turn = np.exp(-1j * theta[instant])
+        power, reached = 1.0 + 0.0j, 0
+        for k in range(n_orders):
+            while reached < orders[k]:
+                power *= turn
+                reached += 1
+            turned = (amplitude[instant, k] + tilt[k]) * power
+            real[k], imag[k] = turned.real, turned.imag
+        for sensor in range(len(under)):
+            total = 0.0
+            for k in range(n_orders):
+                total += real[k] * under_real[sensor, k] - imag[k] * under_imag[sensor, k]
+            read[sensor, instant] = total
 
 
 def _housing_motion(

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.stage.contact_laws import (
     fill_mesh_stiffness,
-    mesh_stiffness_at,
     mesh_stiffness_over,
     penetration_gradient,
-    play_force,
     play_gradient,
     spline_energy,
     spline_force,
@@ -27,11 +25,18 @@ from carrierflex.simulation.stage.modal_form import (
     StepMatrices,
     grouped,
     modal_stage,
+    resolved,
     step_matrices,
 )
-from carrierflex.simulation.stage.roller_contact import roller_energy, roller_gradient
+from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load, roller_loads
 from carrierflex.simulation.stage.stage_model import StageModel
-from carrierflex.simulation.stage.statics import SteadyLoad, mesh_amplitudes, static_coordinates
+from carrierflex.simulation.stage.statics import (
+    SteadyLoad,
+    channel_forces,
+    frozen_stiffness,
+    mesh_amplitudes,
+    static_coordinates,
+)
 
 #: Steps a mesh period that resolve it: below this the midpoint rule is 1 % off at the mesh
 #: frequency.
@@ -46,9 +51,9 @@ _RUN_AWAY = 1e3
 Drive = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-#: Change of the channels' motion over a step with which Newton's method ends [m]: it leaves less
-#: than a thousandth, 1e-8 of a loaded mesh's approach.
-_CONVERGED = 1e-9
+#: Change of the channels' motion over a step with which Newton's method ends [m]: what it leaves is
+#: of second order, 1e-10 m of a loaded mesh's 6e-5 m.
+_CONVERGED = 1e-7
 #: Share of the largest motion over a step that rounding may leave; matters where a run is about to
 #: run away.
 _ROUNDING = 1e-11
@@ -57,9 +62,18 @@ _MOST_ITERATIONS = 60
 #: pieces of a contact law.
 _HALVED_FROM = 16
 #: Newton's equations are solved by the inverse of an earlier step's matrix, refined until the last
-#: refinement is this share of the change, and by a new inverse where one takes less of the error
-#: than a refinement must.
-_REFINED, _SLOW, _MOST_REFINEMENTS = 1e-3, 0.2, 4
+#: refinement is this share of the change or this motion [m], and by a new inverse where one takes
+#: less of the error than a refinement must.
+_REFINED, _EXACT, _SLOW, _MOST_REFINEMENTS = 1e-4, 1e-11, 0.2, 8
+#: Turns over a step [rad]: below the first no work is shared out by them, below the second the
+#: meshes' stiffness is the same.
+_NO_TURN, _SAME_TURN = 1e-12, 1e-9
+#: Work on the rollers over their energy below which forces at the middle of a step do it to
+#: rounding; beyond, the next step takes from the drive what they store more than they were given.
+_GENTLE = 1e-3
+#: Turn over a step [rad] below which the drive gives rollers less than the energy that they miss.
+_SLOW_TURN = 1e-5
+_Arrays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
 
@@ -198,40 +212,66 @@ def run_stage(
     h = 1.0 / (sample_rate * every)
     n_kept = _n_kept(duration, sample_rate)
     stage, matrices = _prepared(model, h, gravity)
-    inverse = stage.Phi.T @ model.M
-    q, v = np.asarray(inverse @ start[0], np.float64), np.asarray(inverse @ start[1], np.float64)
-    reference = stored_energy(stage, q[None], v[None])[0]
+    motion = stage.motion
+    x, y = _start(stage, start, _checked(drive(np.zeros(1)))[0], gravity)
+    reference = stored_energy(stage, x[None], y[None])[0]
     spent = np.zeros(5)
     for first in range(0, n_kept, CHUNK):
         count = min(CHUNK, n_kept - first)
         middles = (first * every + np.arange(count * every) + 0.5) * h
         loads = _checked(drive(np.asarray(middles, np.float64)))
-        q_kept, v_kept, work, done, unsettled = _advance(
-            matrices, q, v, model.channels.free, loads, every
+        x_kept, y_kept, work, done, unsettled = _advance(
+            matrices, x, y, motion @ model.channels.B, model.channels.free, loads, every
         )
-        time = (first + 1 + np.arange(len(q_kept))) / sample_rate
-        stored = stored_energy(stage, q_kept, v_kept) - reference
+        time = (first + 1 + np.arange(len(x_kept))) / sample_rate
+        stored = stored_energy(stage, x_kept, y_kept) - reference
         energy = np.concatenate([spent + work, stored[:, None]], axis=1)
-        c = q_kept @ stage.Phi.T
+        c = x_kept @ motion
         runaway = np.flatnonzero(~(np.abs(c[:, 1:]) < _RUN_AWAY).all(axis=1))
         kept = runaway[0] if len(runaway) else len(c)
         if kept:
             instants = _checked(drive(time[:kept]))
-            yield StageRecord(
-                time[:kept], c[:kept], v_kept[:kept] @ stage.Phi.T, instants, energy[:kept]
-            )
+            c_rate = y_kept[:kept] @ motion
+            yield StageRecord(time[:kept], c[:kept], c_rate, instants, energy[:kept])
         if kept < count:
             if kept < len(c):
                 raise StageDivergedError(time[kept], _largest(model, c[kept]))
-            raise _diverged(model, stage.Phi @ q, (first * every + done) * h, unsettled)
+            raise _diverged(model, x @ motion, (first * every + done) * h, unsettled)
         spent = spent + work[-1]
 
 
 @lru_cache(maxsize=1)
 def _prepared(model: StageModel, h: float, gravity: float) -> tuple[ModalStage, StepMatrices]:
     """Modes, group by group, and step of the model that ran last, which its load cases share."""
-    stage = grouped(modal_stage(model))
+    stage = grouped(resolved(modal_stage(model), h))
     return stage, step_matrices(stage, h, gravity)
+
+
+def _start(
+    stage: ModalStage,
+    start: tuple[NDArray[np.float64], NDArray[np.float64]],
+    drive: NDArray[np.float64],
+    gravity: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Modes and the forces on those without inertia, then the rates of both, shapes (k + m + 7,).
+
+    Of coordinates and rates; modes without inertia begin in their answer to the forces there.
+    """
+    model = stage.model
+    channels, to_modes = model.channels, stage.Phi.T @ model.M
+    angle = float(start[0][0])
+    forces, _ = channel_forces(
+        channels,
+        channels.B.T @ start[0] - channels.free,
+        angle,
+        frozen_stiffness(channels, angle),
+    )
+    c, s = np.cos(angle), np.sin(angle)
+    torque, wanted, y, z = drive
+    loads = [torque, model.data.chain.generator_constant * wanted, -gravity * s, -gravity * c]
+    loads += [c * y + s * z, c * z - s * y, 1.0]
+    x = np.concatenate([to_modes @ start[0], forces, loads])
+    return x, np.concatenate([to_modes @ start[1], np.zeros(len(forces) + len(loads))])
 
 
 def _n_kept(duration: float, sample_rate: float) -> int:
@@ -290,34 +330,33 @@ def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
 
 
 def stored_energy(
-    stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]
+    stage: ModalStage, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Kinetic and elastic energy in the carrier frame [J], shape (N,).
 
-    Of modal states of shape (N, n).
+    Of states and rates of shape (N, k + m + 7), as in :func:`_start`.
     """
-    channels = stage.model.channels
-    energy = 0.5 * (v**2).sum(axis=1) + 0.5 * ((stage.omega * q) ** 2).sum(axis=1)
-    delta = q @ (stage.Phi.T @ channels.B) - channels.free
+    channels, k = stage.model.channels, len(stage.omega)
+    energy = 0.5 * (y[:, :k] ** 2).sum(axis=1) + 0.5 * ((stage.omega * x[:, :k]) ** 2).sum(axis=1)
+    energy += 0.5 * ((x[:, k:] @ stage.answer.T) ** 2).sum(axis=1)
+    delta = x @ (stage.motion @ channels.B) - channels.free
     # What the linear part holds of the channels goes, what they hold themselves comes.
     linear = channels.reference[: channels.housing.start]
     energy -= 0.5 * (linear * delta[:, : channels.housing.start] ** 2).sum(axis=1)
     real, imag = mesh_amplitudes(channels)
     penetration = np.maximum(delta[:, channels.meshes] - channels.gaps, 0.0)
-    k = mesh_stiffness_over(real, imag, channels.mesh_teeth * delta[:, 0])
-    energy += 0.5 * (channels.of_flanks(k) * penetration**2).sum(axis=1)
+    stiffness = mesh_stiffness_over(real, imag, channels.mesh_teeth * delta[:, 0])
+    energy += 0.5 * (channels.of_flanks(stiffness) * penetration**2).sum(axis=1)
     for i, clearance in enumerate(channels.clearance):
         channel = channels.clearances.start + 2 * i
-        for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
-            contact = play_force(y, z, clearance)[2]
-            energy[instant] += channels.reference[channel] * (contact - 0.5 * (y * y + z * z))
+        r = np.linalg.norm(delta[:, channel : channel + 2], axis=1)
+        closed = 0.5 * channels.reference[channel]
+        energy += closed * (np.maximum(r - clearance, 0.0) ** 2 - r**2)
     rolling = delta[:, channels.rolling]
     energy -= 0.5 * (channels.reference[channels.rolling] * rolling**2).sum(axis=1)
     for b in range(len(channels.rollers.directions)):
-        for instant, angle in enumerate(delta[:, 0]):
-            energy[instant] += roller_energy(
-                channels.rollers, b, rolling[instant, 4 * b : 4 * b + 4], angle
-            )
+        motion = rolling[:, 4 * b : 4 * b + 4]
+        energy += roller_loads(channels.rollers, b, motion, delta[:, 0])[1]
     for i, (stiffness, clearance, friction) in enumerate(channels.splines):
         twist = channels.rubbing.start + 3 * i
         for instant, (twisted, y, z) in enumerate(delta[:, twist : twist + 3]):
@@ -340,143 +379,178 @@ def _add_product(
     x: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """``out += factor * matrix @ x`` of a matrix given by columns: vectorised."""
-    for j in range(len(x)):
-        share = factor * x[j]
+    """``out += factor * matrix @ x`` of a matrix given by columns, four at once: vectorised."""
+    n = len(x)
+    fours = n - n % 4
+    for j in range(0, fours, 4):
+        a, b, c, d = factor * x[j], factor * x[j + 1], factor * x[j + 2], factor * x[j + 3]
         for i in range(len(out)):
-            out[i] += share * columns[j, i]
+            out[i] += (
+                a * columns[j, i]
+                + b * columns[j + 1, i]
+                + c * columns[j + 2, i]
+                + d * columns[j + 3, i]
+            )
+    for j in range(fours, n):
+        a = factor * x[j]
+        for i in range(len(out)):
+            out[i] += a * columns[j, i]
 
 
 @numba.njit(cache=True, fastmath={"contract"})
-def _turned(series: NDArray[np.float64], angle: float, out: NDArray[np.float64]) -> None:
-    """Sum of a matrix's series at a carrier angle."""
+def _turned(
+    K_series: NDArray[np.float64],
+    C_series: NDArray[np.float64],
+    angle: float,
+    K: NDArray[np.float64],
+    C: NDArray[np.float64],
+) -> None:
+    """Sums of two matrices' series at a carrier angle."""
     c, s = np.cos(angle), np.sin(angle)
     c_2, s_2 = c * c - s * s, 2.0 * c * s
-    for i in range(len(out)):
-        for j in range(len(out)):
-            out[i, j] = (
-                series[0, i, j]
-                + c * series[1, i, j]
-                + s * series[2, i, j]
-                + c_2 * series[3, i, j]
-                + s_2 * series[4, i, j]
-            )
+    for series, out in ((K_series, K), (C_series, C)):
+        for i in range(len(out)):
+            for j in range(len(out)):
+                out[i, j] = (
+                    series[0, i, j]
+                    + c * series[1, i, j]
+                    + s * series[2, i, j]
+                    + c_2 * series[3, i, j]
+                    + s_2 * series[4, i, j]
+                )
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
+def _expect_teeth(
+    flanks: _Arrays,
+    delta: NDArray[np.float64],
+    turn: float,
+    stiffness: _Arrays,
+    pushes: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Forces of closed flanks where the tooth forces go on as over the last two steps.
+
+    The motions follow the teeth's stiffness; the forces hardly change.
+    """
+    gaps, shares, reference = flanks
+    old_k, mid_k, new_k = stiffness
+    torque = 0.0
+    for j in range(len(gaps)):
+        push = 2.0 * pushes[0, j] - pushes[1, j]
+        if push > 0.0 and pushes[1, j] > 0.0:
+            i, channel = j % len(mid_k), _FLANKS + j
+            middle = push / (shares[j] * mid_k[i])
+            old = max(delta[channel] - gaps[j], 0.0)
+            new = max(2.0 * middle - old, 0.0)
+            force[channel] = reference[channel] * (gaps[j] + middle) - push
+            rise, risen = shares[j] * (new_k[i] - mid_k[i]), shares[j] * (mid_k[i] - old_k[i])
+            torque += rise * new * new + risen * old * old
+    if abs(turn) > _NO_TURN:
+        force[0] = -0.5 * torque / turn
+
+
+@numba.njit(cache=True, inline="always")
 def _flanks(
-    k: StepMatrices,
+    flanks: _Arrays,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
-    teeth: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    stiffness: _Arrays,
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
     """Force and tangent of the flanks."""
-    old_k, mid_k, new_k = teeth
-    turned = k.h * s[0]
-    if abs(turned) <= 1e-12:
-        turned = np.inf
-    force[0] = 0.0
-    for j in range(len(k.gaps)):
+    old_k, mid_k, new_k = stiffness
+    gaps, shares, reference = flanks
+    moved = h * s[0]
+    per_turn = 0.5 / moved if abs(moved) > _NO_TURN else 0.0
+    torque = 0.0
+    for j in range(len(gaps)):
         i = j % len(mid_k)
-        channel, share = _FLANKS + j, k.shares[j]
-        stiffness = share * mid_k[i]
-        old = delta[channel] - k.gaps[j]
-        new = old + k.h * s[channel]
+        channel, share = _FLANKS + j, shares[j]
+        closed = reference[channel]
+        old = delta[channel] - gaps[j]
+        new = old + h * s[channel]
+        linear = closed * (delta[channel] + 0.5 * h * s[channel])
+        if old <= 0.0 and new <= 0.0:
+            force[channel] = linear
+            tangent[channel, channel] = 0.5 * h * closed
+            tangent[0, channel] = tangent[channel, 0] = 0.0
+            continue
+        middle = share * mid_k[i]
         mean, slope = penetration_gradient(old, new)
-        force[channel] = (
-            k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
-        )
-        tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
+        force[channel] = linear - middle * mean
+        tangent[channel, channel] = h * (0.5 * closed - middle * slope)
         old, new = max(old, 0.0), max(new, 0.0)
-        rise, risen = new_k[i] - mid_k[i], mid_k[i] - old_k[i]
-        force[0] -= 0.5 * share * (rise * new * new + risen * old * old) / turned
+        rise, risen = share * (new_k[i] - mid_k[i]), share * (mid_k[i] - old_k[i])
+        torque += rise * new * new + risen * old * old
         # The drive and the flanks turn each other's stiffness.
-        tangent[0, channel] = -k.h * share * rise * new / turned
-        tangent[channel, 0] = -0.5 * k.h * share * (rise + risen) * mean / turned
+        tangent[0, channel] = -2.0 * h * rise * new * per_turn
+        tangent[channel, 0] = -h * (rise + risen) * mean * per_turn
+    force[0] = -torque * per_turn
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _clearances(
-    k: StepMatrices,
+    clearance: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    first: int,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
     """Force and tangent of the bearings with clearance."""
-    for i in range(len(k.clearance)):
-        y = _FLANKS + len(k.gaps) + k.K_turning.shape[1] + 2 * i
+    for i in range(len(clearance)):
+        y = first + 2 * i
         z = y + 1
-        stiffness = k.reference[y]
-        new_y, new_z = delta[y] + k.h * s[y], delta[z] + k.h * s[z]
-        fy, fz, yy, yz, zy, zz = play_gradient(delta[y], delta[z], new_y, new_z, k.clearance[i])
+        stiffness = reference[y]
+        new_y, new_z = delta[y] + h * s[y], delta[z] + h * s[z]
+        fy, fz, yy, yz, zy, zz = play_gradient(delta[y], delta[z], new_y, new_z, clearance[i])
         force[y] = stiffness * (0.5 * (delta[y] + new_y) - fy)
         force[z] = stiffness * (0.5 * (delta[z] + new_z) - fz)
-        scale = k.h * stiffness
+        scale = h * stiffness
         tangent[y, y], tangent[y, z] = scale * (0.5 - yy), -scale * yz
         tangent[z, y], tangent[z, z] = -scale * zy, scale * (0.5 - zz)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _rollers(
-    k: StepMatrices,
+    rollers: RollerSet,
+    reference: NDArray[np.float64],
+    first: int,
+    h: float,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
-    stored: NDArray[np.float64],
-    by_angle: NDArray[np.float64],
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
-) -> None:
-    """Force and tangent of the roller bearings, and the torque of each on the drive."""
-    first = _first_roller(k)
-    old, new, gradient, stiffness = np.empty(4), np.empty(4), np.empty(4), np.empty((4, 4))
-    angles = (delta[0], delta[0] + k.h * s[0])
-    for b in range(len(stored)):
+) -> tuple[float, float]:
+    """Force and tangent of the roller bearings in the middle of the step.
+
+    Returned: gradient of their energy by the carrier angle, and the energy [J].
+    """
+    middle, load, stiffness = np.empty(4), np.empty(4), np.empty((4, 4))
+    angle = delta[0] + 0.5 * h * s[0]
+    by_angle, energy = 0.0, 0.0
+    for b in range(len(rollers.directions)):
         for i in range(4):
-            old[i] = delta[first + i]
-            new[i] = old[i] + k.h * s[first + i]
-        by_angle[b] = roller_gradient(
-            k.rollers, b, (old, new), angles, stored[b], gradient, stiffness
-        )
-        force[0] -= by_angle[b]
+            middle[i] = delta[first + i] + 0.5 * h * s[first + i]
+        torque, stored = roller_load(rollers, b, middle, angle, load, stiffness)
+        by_angle += torque
+        energy += stored
         for i in range(4):
-            closed = k.reference[first + i]
-            force[first + i] = closed * 0.5 * (old[i] + new[i]) - gradient[i]
+            closed = reference[first + i]
+            force[first + i] = closed * middle[i] - load[i]
             for j in range(4):
-                tangent[first + i, first + j] = -0.5 * k.h * stiffness[i, j]
-            tangent[first + i, first + i] += 0.5 * k.h * closed
+                tangent[first + i, first + j] = -0.5 * h * stiffness[i, j]
+            tangent[first + i, first + i] += 0.5 * h * closed
         first += 4
+    return by_angle, energy
 
 
-@numba.njit(cache=True)
-def _first_roller(k: StepMatrices) -> int:
-    """First channel of the roller bearings."""
-    return _FLANKS + len(k.gaps) + k.K_turning.shape[1] + 2 * len(k.clearance)
-
-
-@numba.njit(cache=True)
-def _add_roller_work(
-    k: StepMatrices,
-    s: NDArray[np.float64],
-    delta: NDArray[np.float64],
-    force: NDArray[np.float64],
-    by_angle: NDArray[np.float64],
-    stored: NDArray[np.float64],
-) -> None:
-    """Energy of every roller bearing after the step: what its forces' work adds [J]."""
-    first = _first_roller(k)
-    for b in range(len(stored)):
-        stored[b] += k.h * by_angle[b] * s[0]
-        for channel in range(first, first + 4):
-            moved = k.h * s[channel]
-            linear = k.reference[channel] * (delta[channel] + 0.5 * moved)
-            stored[b] += (linear - force[channel]) * moved
-        first += 4
-
-
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _splines(
     k: StepMatrices,
     s: NDArray[np.float64],
@@ -485,16 +559,17 @@ def _splines(
     tangent: NDArray[np.float64],
 ) -> None:
     """Force and tangent of the sun's spline at the middle of the step."""
-    for i in range(len(k.splines)):
-        twist = len(delta) - 3 * (len(k.splines) - i)
-        stiffness, clearance, friction = k.splines[i]
-        middle = delta[twist : twist + 3] + 0.5 * k.h * s[twist : twist + 3]
+    h, splines = k.h, k.splines
+    for i in range(len(splines)):
+        twist = len(delta) - 3 * (len(splines) - i)
+        stiffness, clearance, friction = splines[i]
+        middle = delta[twist : twist + 3] + 0.5 * h * s[twist : twist + 3]
         y, z = middle[1], middle[2]
         limit = friction * abs(middle[0])
         fy, fz, yy, yz, zy, zz, y_L, z_L = spline_force(y, z, stiffness, clearance, limit)
         force[twist + 1] = stiffness * y - fy
         force[twist + 2] = stiffness * z - fz
-        scale = 0.5 * k.h
+        scale = 0.5 * h
         by_twist = scale * friction * np.sign(middle[0])
         tangent[twist + 1, twist], tangent[twist + 2, twist] = -y_L * by_twist, -z_L * by_twist
         tangent[twist + 1, twist + 1], tangent[twist + 1, twist + 2] = (
@@ -505,6 +580,17 @@ def _splines(
             -scale * zy,
             scale * (stiffness - zz),
         )
+
+
+@numba.njit(cache=True)
+def _roller_energy(k: StepMatrices, delta: NDArray[np.float64]) -> float:
+    """Energy of the roller bearings [J]."""
+    first = len(delta) - 3 * len(k.splines) - 4 * len(k.rollers.directions)
+    load, stiffness, energy = np.empty(4), np.empty((4, 4)), 0.0
+    for b in range(len(k.rollers.directions)):
+        motion = delta[first + 4 * b : first + 4 * b + 4]
+        energy += roller_load(k.rollers, b, motion, delta[0], load, stiffness)[1]
+    return energy
 
 
 @numba.njit(cache=True)
@@ -520,244 +606,299 @@ def _quill_energies(k: StepMatrices, delta: NDArray[np.float64]) -> float:
 
 
 @numba.njit(cache=True)
-def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Energy of every roller bearing [J]."""
-    energy = np.zeros(len(k.rollers.directions))
-    for b in range(len(energy)):
-        first = _first_roller(k) + 4 * b
-        energy[b] = roller_energy(k.rollers, b, delta[first : first + 4], delta[0])
-    return energy
-
-
-@numba.njit(cache=True)
-def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``1 - W tangent`` by columns, shape (m, m)."""
-    columns = np.eye(len(tangent))
-    for first, size in k.blocks:
+def _inverse(
+    W: NDArray[np.float64], blocks: NDArray[np.int64], tangent: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Inverse of ``1 - tangent W`` by columns, shape (m, m), of W by columns."""
+    rows = np.eye(len(tangent))
+    for first, size in blocks:
         for i in range(first, first + size):
             for j in range(first, first + size):
                 if tangent[i, j] != 0.0:
-                    columns[j] -= tangent[i, j] * k.W_columns[i]
-    return columns
+                    rows[i] -= tangent[i, j] * W[:, j]
+    return np.ascontiguousarray(np.linalg.inv(rows).T)
 
 
 @numba.njit(cache=True)
-def _subtract_tangent(
-    k: StepMatrices,
+def _add_tangent(
+    blocks: NDArray[np.int64],
     tangent: NDArray[np.float64],
-    change: NDArray[np.float64],
+    moved: NDArray[np.float64],
     force: NDArray[np.float64],
 ) -> None:
-    """Take what a change of velocities makes of the forces from them."""
-    for first, size in k.blocks:
-        for i in range(first, first + size):
-            for j in range(first, first + size):
-                force[i] -= tangent[i, j] * change[j]
+    """Add what a change of velocities makes of the forces from them."""
+    for b in range(len(blocks)):
+        first, end = blocks[b, 0], blocks[b, 0] + blocks[b, 1]
+        for i in range(first, end):
+            for j in range(first, end):
+                force[i] += tangent[i, j] * moved[j]
+
+
+@numba.njit(cache=True, inline="always")
+def _newton_step(
+    W: NDArray[np.float64],
+    blocks: NDArray[np.int64],
+    h: float,
+    tangent: NDArray[np.float64],
+    gap: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+    change: NDArray[np.float64],
+    moved: NDArray[np.float64],
+) -> float:
+    """Change of the forces, ``(1 - tangent W) change = gap``, and the velocities that it moves.
+
+    By `inverse`, that of an earlier such matrix, refined; made anew where it has become too coarse.
+    Returned: the largest change of the channels' motion [m].
+    """
+    m = len(gap)
+    rest, step, moving = gap.copy(), np.empty(m), np.empty(m)
+    change[:] = 0.0
+    moved[:] = 0.0
+    largest, size = 0.0, np.inf
+    for _ in range(_MOST_REFINEMENTS):
+        step[:] = 0.0
+        moving[:] = 0.0
+        _add_product(1.0, inverse, rest, step)
+        _add_product(1.0, W, step, moving)
+        before, size = size, h * _largest_size(moving)
+        if size > _SLOW * before:
+            inverse[:] = _inverse(W, blocks, tangent)
+            change[:] = 0.0
+            moved[:] = 0.0
+            _add_product(1.0, inverse, gap, change)
+            _add_product(1.0, W, change, moved)
+            return h * _largest_size(moved)
+        for i in range(m):
+            change[i] += step[i]
+            moved[i] += moving[i]
+        largest = max(largest, size)
+        if size <= max(_REFINED * largest, _EXACT):
+            break
+        for i in range(m):
+            rest[i] -= step[i]
+        _add_tangent(blocks, tangent, moving, rest)
+    return largest
 
 
 @numba.njit(cache=True)
 def _largest_size(x: NDArray[np.float64]) -> float:
     """Largest absolute value."""
     largest = 0.0
-    for value in x:
-        largest = max(largest, abs(value))
+    for i in range(len(x)):
+        largest = max(largest, abs(x[i]))
     return largest
 
 
-@numba.njit(cache=True)
-def _newton_step(
-    k: StepMatrices,
-    tangent: NDArray[np.float64],
-    residual: NDArray[np.float64],
-    inverse: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Change of the velocities, ``(1 - W tangent) change = residual``.
-
-    By `inverse`, that of an earlier such matrix by columns, which is changed where it is made anew.
-    """
-    m = len(residual)
-    change, defect = np.zeros(m), np.empty(m)
-    lost, rest = np.empty(m), np.empty(m)
-    _add_product(1.0, inverse, residual, change)
-    largest = _largest_size(change)
-    size = largest
-    for _ in range(_MOST_REFINEMENTS):
-        lost[:] = 0.0
-        _subtract_tangent(k, tangent, change, lost)
-        for i in range(m):
-            defect[i] = residual[i] - change[i]
-        _add_product(-1.0, k.W_columns, lost, defect)
-        rest[:] = 0.0
-        _add_product(1.0, inverse, defect, rest)
-        before, size = size, _largest_size(rest)
-        if size > _SLOW * before:
-            break
-        for i in range(m):
-            change[i] += rest[i]
-        if size <= _REFINED * largest:
-            return change
-    inverse[:] = np.linalg.inv(_newton_matrix(k, tangent))
-    change[:] = 0.0
-    _add_product(1.0, inverse, residual, change)
-    return change
-
-
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _solve_channels(
     k: StepMatrices,
-    s_free: NDArray[np.float64],
+    s: NDArray[np.float64],
     delta: NDArray[np.float64],
-    old_k: NDArray[np.float64],
-    stored: NDArray[np.float64],
+    turn: float,
+    stiffness: _Arrays,
+    flanks: _Arrays,
+    missing: float,
     force: NDArray[np.float64],
     inverse: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mid-step velocities of the channels, and the meshes' new stiffness.
+    tangent: NDArray[np.float64],
+) -> tuple[int, float, float]:
+    """Balance of a step: mid-step velocities and forces of the channels, in place.
 
-    `stored` is the energy of every roller bearing, `inverse` as in :func:`_newton_step`; both
-    change.
+    `s` begins with the velocities under no such forces, `force` with a guess, `stiffness` with that
+    of a step that turns by `turn`; the rollers take `missing` [J] from the drive more; `inverse` as
+    in :func:`_newton_step`. Returned: the channel that finds no balance, or -1, and as
+    :func:`_rollers`.
     """
-    m = len(s_free)
-    s = s_free.copy()
-    _add_product(1.0, k.W_columns, force, s)
-    tangent, residual = np.zeros((m, m)), np.empty(m)
+    # What has arrays is named once: it is counted in and out wherever it is.
+    h, m, W, blocks = k.h, len(s), k.W_columns, k.blocks
+    real, imag, mesh_teeth = k.real, k.imag, k.mesh_teeth
+    clearance, rollers, reference = k.clearance, k.rollers, k.reference
+    n_loose, n_rolling, n_splines = len(clearance), len(rollers.directions), len(k.splines)
+    rolling = m - 3 * n_splines - 4 * n_rolling
+    _, mid_k, new_k = stiffness
+    law, change, moved = np.zeros(m), np.empty(m), np.empty(m)
     angle = delta[0]
     first = _FLANKS + len(k.gaps)
     n_turning = k.K_turning.shape[1]
     K, mount = np.empty((n_turning, n_turning)), np.empty((n_turning, n_turning))
-    _turned(k.K_turning, angle + 0.5 * k.h * s_free[0], K)
-    _turned(k.C_turning, angle + 0.5 * k.h * s_free[0], mount)
+    _add_product(1.0, W, force, s)
+    _turned(k.K_turning, k.C_turning, angle + 0.5 * h * s[0], K, mount)
     steady = np.zeros(n_turning)
     for i in range(n_turning):
         for j in range(n_turning):
-            mount[i, j] += 0.5 * k.h * K[i, j]
+            mount[i, j] += 0.5 * h * K[i, j]
             tangent[first + i, first + j] = -mount[i, j]
             steady[i] -= K[i, j] * delta[first + j]
-    mid_k, new_k = np.empty_like(old_k), np.empty_like(old_k)
-    by_angle = np.zeros(len(stored))
-    rounding = _ROUNDING * k.h * _largest_size(s)
-    change = residual
+    given_back = missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN)
+    by_angle, energy = 0.0, 0.0
+    rounding = _ROUNDING * h * _largest_size(s)
     for iteration in range(_MOST_ITERATIONS):
-        fill_mesh_stiffness(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]), mid_k)
-        fill_mesh_stiffness(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]), new_k)
-        _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
+        if abs(h * s[0] - turn) > _SAME_TURN:
+            turn = h * s[0]
+            fill_mesh_stiffness(real, imag, mesh_teeth * (angle + 0.5 * turn), mid_k)
+            fill_mesh_stiffness(real, imag, mesh_teeth * (angle + turn), new_k)
+        _flanks(flanks, h, s, delta, stiffness, law, tangent)
         for i in range(n_turning):
-            force[first + i] = steady[i]
+            law[first + i] = steady[i]
             for j in range(n_turning):
-                force[first + i] -= mount[i, j] * s[first + j]
-        _clearances(k, s, delta, force, tangent)
-        # A call costs more than the loop over nothing in it.
-        if len(stored):
-            _rollers(k, s, delta, stored, by_angle, force, tangent)
-        if len(k.splines):
-            _splines(k, s, delta, force, tangent)
+                law[first + i] -= mount[i, j] * s[first + j]
+        if n_loose:
+            _clearances(clearance, reference, first + n_turning, h, s, delta, law, tangent)
+        if n_rolling:
+            by_angle, energy = _rollers(rollers, reference, rolling, h, s, delta, law, tangent)
+            law[0] -= by_angle + given_back
+        if n_splines:
+            _splines(k, s, delta, law, tangent)
         for i in range(m):
-            residual[i] = s[i] - s_free[i]
-        _add_product(-1.0, k.W_columns, force, residual)
-        if not np.isfinite(residual).all():
-            return s, new_k, int(np.argmin(np.isfinite(residual)))
-        change = _newton_step(k, tangent, residual, inverse)
-        largest = _largest_size(change)
-        if iteration >= _HALVED_FROM and largest * k.h > _CONVERGED:
-            change *= 0.5
-        # Forces of the new velocities but for a second-order rest, and in balance with them to
-        # rounding.
-        _subtract_tangent(k, tangent, change, force)
+            law[i] -= force[i]
+        size = _newton_step(W, blocks, h, tangent, law, inverse, change, moved)
+        share = 0.5 if iteration >= _HALVED_FROM and size > _CONVERGED else 1.0
         for i in range(m):
-            s[i] -= change[i]
-        if not np.isfinite(largest):
-            return s, new_k, int(np.argmin(np.isfinite(change)))
-        if largest * k.h <= _CONVERGED + rounding:
-            if len(stored):
-                _add_roller_work(k, s, delta, force, by_angle, stored)
-            return s, new_k, -1
-    return s, new_k, int(np.argmax(np.abs(change)))
+            force[i] += share * change[i]
+            s[i] += share * moved[i]
+        if not np.isfinite(size):
+            break
+        if size <= _CONVERGED + rounding:
+            return -1, by_angle, energy
+    for i in range(m):
+        if not np.isfinite(moved[i]):
+            return i, by_angle, energy
+    return int(np.argmax(np.abs(moved))), by_angle, energy
 
 
 @numba.njit(cache=True)
 def _advance(
     k: StepMatrices,
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    channels: NDArray[np.float64],
     free: NDArray[np.float64],
     drive: NDArray[np.float64],
     every: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int, int]:
-    """Advance by ``len(drive)`` steps, keeping every `every`-th state."""
+    """Advance by ``len(drive)`` steps, keeping every `every`-th state.
+
+    `x` and `y` as in :func:`_start`, in place; `channels` takes `x` to the channels' motions.
+    """
+    # Once: an array of a tuple is counted in and out wherever it is named.
+    h, n, m, n_loads = k.h, k.B.shape[1], len(k.B), len(k.P)
+    P, S, S_channels, A_inverse_B, A_inverse = k.P, k.S, k.S[:m], k.A_inverse_B, k.A_inverse
+    B_columns, P_columns = np.ascontiguousarray(k.B.T), np.ascontiguousarray(P.T)
+    omega_2, structural, C_mean, groups = k.stiffness, k.structural, k.C_mean, k.groups
+    gaps, reference, real, imag, mesh_teeth = k.gaps, k.reference, k.real, k.imag, k.mesh_teeth
+    flanks = (gaps, k.shares, reference)
+    n_rolling, n_splines = len(k.rollers.directions), len(k.splines)
+    generator, gravity, lag = k.generator_constant, k.gravity, k.lag
     n_kept = len(drive) // every
-    q_kept = np.zeros((n_kept, len(q)))
-    v_kept = np.zeros((n_kept, len(q)))
+    x_kept, y_kept = np.zeros((n_kept, len(x))), np.zeros((n_kept, len(x)))
     work = np.zeros((n_kept, 5))
-    delta = k.B @ q - free
+    q, load = x[:n], x[n:]
+    v, load_rate = y[:n], y[n:]
+    delta = x @ channels - free
     total = np.zeros(5)
-    a = np.ones(len(k.P))
-    rates = np.empty(len(k.P))
-    known, free_w, w = np.empty(len(q)), np.empty(len(q)), np.empty(len(q))
-    s_free = np.empty(len(delta))
-    force, before = np.zeros(len(delta)), np.zeros(len(delta))
-    inverse = np.eye(len(delta))
-    first = _FLANKS + len(k.gaps)
-    stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
-    stored = _roller_energies(k, delta)
+    a = np.ones(n_loads)
+    known, w = np.empty(n), np.empty(n)
+    rates, moved, s = np.empty(n_loads), np.empty(m + n_loads), np.empty(m)
+    force, before = np.zeros(m), np.zeros(m)
+    inverse, tangent = np.eye(m), np.zeros((m, m))
+    first, rubbing = _FLANKS + len(gaps), m - 3 * n_splines
+    rolling = rubbing - 4 * n_rolling
+    old_k, mid_k, new_k = np.empty(len(real)), np.empty(len(real)), np.empty(len(real))
+    stiffness = (old_k, mid_k, new_k)
+    fill_mesh_stiffness(real, imag, mesh_teeth * delta[0], new_k)
+    pushes = np.zeros((2, len(gaps)))
     speed = k.B[0] @ v
+    gain = 0.0
+    missing = 0.0
+    follow = 1.0 / (lag + 0.5 * h)
     for step in range(len(drive)):
-        middle = delta[0] + 0.5 * k.h * speed
-        c, s_ = np.cos(middle), np.sin(middle)
-        a[0], a[1] = drive[step, 0], k.generator_constant * drive[step, 1]
-        a[2], a[3] = -k.gravity * s_, -k.gravity * c
+        turn = h * (speed + 0.5 * gain)
+        old_k[:] = new_k
+        fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + 0.5 * turn), mid_k)
+        fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + turn), new_k)
+        c, s_ = np.cos(delta[0] + 0.5 * turn), np.sin(delta[0] + 0.5 * turn)
+        a[0], a[1] = drive[step, 0], generator * drive[step, 1]
+        a[2], a[3] = -gravity * s_, -gravity * c
         a[4] = c * drive[step, 2] + s_ * drive[step, 3]
         a[5] = c * drive[step, 3] - s_ * drive[step, 2]
-        for i in range(len(q)):
-            known[i] = (2.0 / k.h) * v[i] - k.stiffness[i] * q[i]
-        _add_product(1.0, k.P, a, known)
+        for i in range(n):
+            known[i] = (2.0 / h) * v[i] - omega_2[i] * q[i]
+            w[i] = 0.0
+        _add_product(1.0, P, a, known)
         packed = 0
-        for first_mode, size in k.groups:
-            modes = slice(first_mode, first_mode + size)
-            block = k.A_inverse[packed : packed + size * size].reshape(size, size)
-            np.dot(block, known[modes], free_w[modes])
+        for group in range(len(groups)):
+            begin, size = groups[group]
+            end = begin + size
+            block = A_inverse[packed : packed + size * size].reshape(size, size)
+            _add_product(1.0, block, known[begin:end], w[begin:end])
             packed += size * size
-        np.dot(k.B, free_w, s_free)
-        for i in range(len(force)):
+        # Modes without inertia: S (load + lag load') = S forces in the middle of the step.
+        for i in range(m):
+            load_rate[i] = -follow * load[i]
             force[i], before[i] = 2.0 * force[i] - before[i], force[i]
-        s, stiffness, unsettled = _solve_channels(
-            k, s_free, delta, stiffness, stored, force, inverse
+        for i in range(m, m + n_loads):
+            load_rate[i] = follow * (a[i - m] - load[i])
+        moved[:] = 0.0
+        _add_product(1.0, S, load_rate, moved)
+        for i in range(m):
+            s[i] = moved[i]
+        _add_product(1.0, B_columns, w, s)
+        _expect_teeth(flanks, delta, turn, stiffness, pushes, force)
+        unsettled, by_angle, energy = _solve_channels(
+            k, s, delta, turn, stiffness, flanks, missing, force, inverse, tangent
         )
-        w[:] = free_w
-        _add_product(1.0, k.A_inverse_B, force, w)
-        if unsettled >= 0 or not np.isfinite(w).all():
-            return (
-                q_kept[: step // every],
-                v_kept[: step // every],
-                work[: step // every],
-                step,
-                unsettled,
-            )
-        np.dot(k.P, w, rates)
-        total[0] += k.h * a[0] * rates[0]
-        total[1] += k.h * (a[1] - k.generator_constant * rates[1]) * rates[1]
-        for i in range(2, len(a)):
-            total[2] += k.h * a[i] * rates[i]
-        for i in range(len(k.C_mean)):
-            total[3] += k.h * force[first + i] * s[first + i]
-            for j in range(len(k.C_mean)):
-                total[4] += k.h * s[first + i] * k.C_mean[i, j] * s[first + j]
-        if len(k.splines):
+        _add_product(1.0, A_inverse_B, force, w)
+        _add_product(follow, S_channels, force, moved)
+        for i in range(m):
+            load_rate[i] += follow * force[i]
+        if unsettled >= 0 or not np.isfinite(_largest_size(w)):
+            kept = step // every
+            return x_kept[:kept], y_kept[:kept], work[:kept], step, unsettled
+        for j in range(len(gaps)):
+            i = _FLANKS + j
+            pushes[1, j] = pushes[0, j]
+            pushes[0, j] = reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]
+        missing -= missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN) * h * s[0]
+        absorbed = h * by_angle * s[0]
+        for i in range(rolling, rubbing):
+            absorbed += h * (reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]) * s[i]
+        if abs(absorbed) > _GENTLE * energy:
+            missing += _roller_energy(k, delta + h * s) - _roller_energy(k, delta) - absorbed
+        rates[:] = 0.0
+        _add_product(1.0, P_columns, w, rates)
+        # Generator and mount damp the modes with inertia alone.
+        total[1] -= h * generator * rates[1] ** 2
+        for i in range(n_loads):
+            rates[i] += moved[m + i]
+        total[0] += h * a[0] * rates[0]
+        total[1] += h * a[1] * rates[1]
+        for i in range(2, n_loads):
+            total[2] += h * a[i] * rates[i]
+        for i in range(len(C_mean)):
+            total[3] += h * force[first + i] * s[first + i]
+            damped = s[first + i] - moved[first + i]
+            for j in range(len(C_mean)):
+                total[4] += h * damped * C_mean[i, j] * (s[first + j] - moved[first + j])
+        if n_splines:
             # What a spline takes and its quill does not store, friction dissipates.
-            rubbing = slice(len(delta) - 3 * len(k.splines), len(delta))
-            total[4] -= k.h * (force[rubbing] @ s[rubbing])
-            total[4] -= _quill_energies(k, delta + k.h * s) - _quill_energies(k, delta)
+            total[4] -= h * (force[rubbing:] @ s[rubbing:])
+            total[4] -= _quill_energies(k, delta + h * s) - _quill_energies(k, delta)
         lost = 0.0
-        for i in range(len(q)):
-            lost += k.structural[i] * w[i] * w[i]
-            q[i] += k.h * w[i]
+        for i in range(n):
+            lost += structural[i] * w[i] * w[i]
+            q[i] += h * w[i]
             v[i] = 2.0 * w[i] - v[i]
-        total[4] += k.h * lost
-        speed = 2.0 * s[0] - speed
-        for i in range(len(delta)):
-            delta[i] += k.h * s[i]
+        for i in range(m + n_loads):
+            lost += lag * load_rate[i] * moved[i]
+            load[i] += h * load_rate[i]
+        total[4] += h * lost
+        gain = 2.0 * (s[0] - speed)
+        speed += gain
+        for i in range(m):
+            delta[i] += h * s[i]
         if (step + 1) % every == 0:
             kept = step // every
-            q_kept[kept] = q
-            v_kept[kept] = v
+            x_kept[kept] = x
+            y_kept[kept] = y
             work[kept] = total
-    return q_kept, v_kept, work, len(drive), -1
+    return x_kept, y_kept, work, len(drive), -1

@@ -1,6 +1,4 @@
-"""Force, tangent and energy of a bearing's line contacts.
-
-Their discrete gradient over a time step (compiled).
+"""Force, tangent and energy of a bearing's line contacts (compiled).
 
 Numba's cache of :mod:`carrierflex.simulation.stage.response` does not see changes here: touch that
 file after one.
@@ -12,16 +10,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-#: A ninth of a number's bits and these are those of its ninth root, within 3.4 %.
-_BITS = (8.0 / 9.0 * 1023.0 - 0.038) * 2.0**52
+#: Minus a ninth of a number's bits and these are those of its ninth root's inverse, within 3.4 %;
+#: in single precision, whose conversions every processor has for several numbers at once.
+_NINTH, _BITS = np.float32(-1.0 / 9.0), np.float32((10.0 / 9.0 * 127.0 - 0.058) * 2.0**23)
 #: Approach [m] below which a slice is as soft as there.
 _LEAST = 1e-30
-#: Motions over a step smaller than this [m] count as none: the difference quotient would be
-#: rounding.
-_STILL = 1e-13
-#: Lever arms [m] that make lengths of tilts and of the carrier angle in the discrete gradient; the
-#: last takes nearly all of the correction, third order in the step, as a torque on the drive.
-_TILT_ARM, _ANGLE_ARM = 0.1, 1.0
 
 
 class RollerSet(NamedTuple):
@@ -39,64 +32,33 @@ class RollerSet(NamedTuple):
     """Radial clearance and profile [m], shape (S,)."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _ninth_root(x: float) -> float:
-    """``x^(1/9)`` of a positive number to rounding, in operations that the compiler vectorises.
+    """``x^(1/9)`` of a number from :data:`_LEAST` on, in operations that the compiler vectorises.
 
-    Halley's step leaves 3e-4 of the start from the number's bits; then the series of the root of
-    ``1 + e``.
+    The inverse ``y`` by the series of ``(1 - r)^(-1/9)``, ``r = 1 - x y^9``, twice: 0.3 of the
+    start from the number's bits, then 1e-3, then rounding.
     """
-    root = np.int64(np.float64(x).view(np.int64) / 9.0 + _BITS).view(np.float64)
-    cube = root * root * root
-    power = cube * cube * cube
-    root *= (8.0 * power + 10.0 * x) / (10.0 * power + 8.0 * x)
-    cube = root * root * root
-    e = x / (cube * cube * cube) - 1.0
-    series = -442.0 / 19683.0 + e * 3094.0 / 177147.0
-    series = 1.0 / 9.0 + e * (-4.0 / 81.0 + e * (68.0 / 2187.0 + e * series))
-    return root + root * (e * series)
+    bits = np.float32(np.float32(x).view(np.int32)) * _NINTH + _BITS
+    y = np.float64(np.int32(bits).view(np.float32))
+    for _ in range(2):
+        cube = y * y * y
+        r = 1.0 - x * (cube * cube * cube)
+        series = 5.0 / 81.0 + r * (95.0 / 2187.0 + r * (665.0 / 19683.0))
+        y += y * (r * (1.0 / 9.0 + r * series))
+    square = y * y
+    square *= square
+    return x * (square * square)
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _pressed(
-    rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Cosine and sine of every roller's angle, approach and secant stiffness of its slices."""
-    n_rollers, n_slices = rollers.directions.shape[1], len(rollers.x)
-    cosine, sine = np.empty(n_rollers), np.empty(n_rollers)
-    approach, secant = np.empty(n_rollers * n_slices), np.empty(n_rollers * n_slices)
-    turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
-    i = 0
-    for roller in range(n_rollers):
-        c0, s0 = rollers.directions[b, roller, 0], rollers.directions[b, roller, 1]
-        s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
-        middle, slope = s * motion[0] - c * motion[1], s * motion[3] + c * motion[2]
-        cosine[roller], sine[roller] = c, s
-        for j in range(n_slices):
-            approach[i] = middle + slope * rollers.x[j] - rollers.gap[j]
-            i += 1
+@numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _ninth_roots(approach: NDArray[np.float64], roots: NDArray[np.float64]) -> None:
+    """Ninth roots of what is positive, apart from what the compiler does not vectorise."""
     for i in range(len(approach)):
-        delta = approach[i]
-        secant[i] = _ninth_root(delta if delta > _LEAST else _LEAST) if delta > 0.0 else 0.0
-    i = 0
-    for _ in range(n_rollers):
-        for j in range(n_slices):
-            secant[i] *= rollers.stiffness[b, j]
-            i += 1
-    return cosine, sine, approach, secant
+        roots[i] = _ninth_root(max(approach[i], _LEAST))
 
 
-@numba.njit(cache=True)
-def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float) -> float:
-    """Energy ``Σ 9/19 k delta^(19/9)`` [J] of bearing b, planet at (y, z, ry, rz) to the pin."""
-    _, _, approach, secant = _pressed(rollers, b, motion, angle)
-    energy = 0.0
-    for i in range(len(secant)):
-        energy += secant[i] * approach[i] * approach[i]
-    return 9.0 / 19.0 * energy
-
-
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath={"contract"})
 def roller_load(
     rollers: RollerSet,
     b: int,
@@ -104,10 +66,10 @@ def roller_load(
     angle: float,
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
-) -> float:
+) -> tuple[float, float]:
     """Gradient of the energy by the motion (`force`, shape (4,)) and its tangent (shape (4, 4)).
 
-    Returned: by the carrier angle.
+    Returned: by the carrier angle, and the energy ``Σ 9/19 k delta^(19/9)`` [J].
 
     Parameters
     ----------
@@ -122,25 +84,46 @@ def roller_load(
     force, tangent : ndarray
         Take the answer.
     """
-    y, z, ry, rz = motion
+    # Once: an array of a tuple is counted in and out wherever it is named.
+    places, gaps = rollers.x, rollers.gap
+    stiffness, directions = rollers.stiffness, rollers.directions
+    y, z, ry, rz = motion[0], motion[1], motion[2], motion[3]
+    n_rollers, n_slices = directions.shape[1], len(places)
+    turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
+    # Of the rollers that may touch: cosine and sine, approach and root of every slice.
+    lines = np.empty((2, n_rollers))
+    approach, roots = np.empty(n_rollers * n_slices), np.empty(n_rollers * n_slices)
+    reach, least, n = 0.0, np.inf, 0
+    for j in range(n_slices):
+        reach, least = max(reach, abs(places[j])), min(least, gaps[j])
+    for i in range(n_rollers):
+        c0, s0 = directions[b, i, 0], directions[b, i, 1]
+        s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
+        middle, slope = s * y - c * z, s * rz + c * ry
+        if middle + reach * abs(slope) > least:
+            lines[0, n], lines[1, n] = c, s
+            for j in range(n_slices):
+                approach[n * n_slices + j] = middle + slope * places[j] - gaps[j]
+            n += 1
+    _ninth_roots(approach[: n * n_slices], roots)
     force[:] = 0.0
     tangent[:] = 0.0
-    by_angle = 0.0
-    cosine, sine, approach, secant = _pressed(rollers, b, motion, angle)
-    n_slices = len(rollers.x)
-    for roller in range(len(cosine)):
-        c, s = cosine[roller], sine[roller]
+    by_angle, energy = 0.0, 0.0
+    for i in range(n):
         Q, M, k, kx, kxx = 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n_slices):
-            i, x = roller * n_slices + j, rollers.x[j]
-            push = secant[i] * approach[i]
+            delta, x = approach[i * n_slices + j], places[j]
+            if delta <= 0.0:
+                continue
+            secant = stiffness[b, j] * roots[i * n_slices + j]
+            push = secant * delta
+            energy += push * delta
             Q += push
             M += push * x
-            k += secant[i]
-            kx += secant[i] * x
-            kxx += secant[i] * x * x
-        if Q == 0.0:
-            continue
+            k += secant
+            kx += secant * x
+            kxx += secant * x * x
+        c, s = lines[0, i], lines[1, i]
         # d delta / d motion = (s, -c, x c, x s).
         force[0] += Q * s
         force[1] -= Q * c
@@ -162,55 +145,15 @@ def roller_load(
             # The tangent of k delta^(10/9) is 10/9 of its secant.
             tangent[i, j] *= 10.0 / 9.0
             tangent[j, i] = tangent[i, j]
-    return by_angle * rollers.cage
+    return by_angle * rollers.cage, 9.0 / 19.0 * energy
 
 
 @numba.njit(cache=True)
-def roller_gradient(
-    rollers: RollerSet,
-    b: int,
-    ends: tuple[NDArray[np.float64], NDArray[np.float64]],
-    angles: tuple[float, float],
-    old_energy: float,
-    force: NDArray[np.float64],
-    tangent: NDArray[np.float64],
-) -> float:
-    """Discrete gradient of the energy over a step in motion and carrier angle.
-
-    Returned: by the carrier angle.
-
-    Gradient at the middle plus ``(V_1 - V_0 - grad V · d) d / |d|^2`` (Gonzalez 1996, eq. 3.8): the
-    forces' work over the step is the change of the energy.
-
-    Parameters
-    ----------
-    rollers, b
-        Bearing.
-    ends : tuple of ndarray, shape (4,)
-        Motion before and after.
-    angles : tuple of float
-        Carrier angle before and after [rad].
-    old_energy : float
-        Energy before [J].
-    force, tangent : ndarray, shapes (4,) and (4, 4)
-        Take gradient and tangent at the middle.
-    """
-    old, new = ends
-    turned = angles[1] - angles[0]
-    tilt, arm = _TILT_ARM * _TILT_ARM, _ANGLE_ARM * _ANGLE_ARM
-    middle, d = np.empty(4), np.empty(4)
-    for i in range(4):
-        middle[i], d[i] = 0.5 * (old[i] + new[i]), new[i] - old[i]
-    by_angle = roller_load(rollers, b, middle, 0.5 * (angles[0] + angles[1]), force, tangent)
-    square = d[0] * d[0] + d[1] * d[1] + tilt * (d[2] * d[2] + d[3] * d[3]) + arm * turned * turned
-    if square < _STILL * _STILL:
-        return by_angle
-    work = by_angle * turned
-    for i in range(4):
-        work += force[i] * d[i]
-    rest = (roller_energy(rollers, b, new, angles[1]) - old_energy - work) / square
-    force[0] += rest * d[0]
-    force[1] += rest * d[1]
-    force[2] += rest * tilt * d[2]
-    force[3] += rest * tilt * d[3]
-    return by_angle + rest * arm * turned
+def roller_loads(
+    rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """As :func:`roller_load` at N instants: gradients by the motion, (N, 4), and energies, (N,)."""
+    load, energy, tangent = np.empty(motion.shape), np.empty(len(motion)), np.empty((4, 4))
+    for i in range(len(motion)):
+        _, energy[i] = roller_load(rollers, b, motion[i], angle[i], load[i], tangent)
+    return load, energy

@@ -209,25 +209,6 @@ static double roller_load(int b, const double motion[4], double angle, double fo
     return 9.0 / 19.0 * energy;
 }
 
-/* Discrete gradient over a step in motion and carrier angle. */
-static double roller_gradient(int b, const double old[4], const double new[4], const double angles[2],
-                              double old_energy, double force[5], double tangent[5][5]) {
-    static const double weight[4] = {1.0, 1.0, 0.01, 0.01}; /* A lever arm of 0.1 m makes lengths of tilts. */
-    double middle[4], turned = angles[1] - angles[0], square = turned * turned, work, rest;
-    int i;
-    for (i = 0; i < 4; ++i) middle[i] = 0.5 * (old[i] + new[i]);
-    roller_load(b, middle, 0.5 * (angles[0] + angles[1]), force, tangent);
-    work = force[4] * turned;
-    for (i = 0; i < 4; ++i) {
-        square += weight[i] * (new[i] - old[i]) * (new[i] - old[i]);
-        work += force[i] * (new[i] - old[i]);
-    }
-    if (square < STILL * STILL) return force[4];
-    rest = (roller_load(b, new, angles[1], NULL, NULL) - old_energy - work) / square;
-    for (i = 0; i < 4; ++i) force[i] += rest * weight[i] * (new[i] - old[i]);
-    return force[4] + rest * turned;
-}
-
 /* Pairs of y and z among the turning channels: housing's translation and rotation, then each bearing. */
 static int y_of_pair(int pair) { return pair == 0 ? 1 : pair == 1 ? 4 : HOUSING_CHANNELS + 2 * (pair - 2); }
 
@@ -252,12 +233,16 @@ static void turned(const double fixed[N_TURNING][N_TURNING], double angle, doubl
 /* Rates s of the channels over a step and their forces, by Newton's method; 0 where there is no balance. */
 static int solve_channels(const Work *work, const double s_free[], const double delta[], double force[], double s[]) {
     double K[N_TURNING][N_TURNING], C[N_TURNING][N_TURNING], K_0[N_TURNING][N_TURNING];
-    double old_k[N_MESHES], mid_k[N_MESHES], new_k[N_MESHES], old_energy[N_ROLLING + 1];
+    double old_k[N_MESHES], mid_k[N_MESHES], new_k[N_MESHES];
     static const int blocks[5][2] = {{1, N_FLANKS}, {N_TURNING, 1}, {2, N_LOOSE}, {4, N_ROLLING}, {3, N_SPLINES}};
     double h = work->h, angle = delta[0], largest = 0.0, rounding;
     int i, j, k, iteration;
-    turned(K_FIXED, angle + 0.5 * h * s_free[0], K);
-    turned(C_FIXED, angle + 0.5 * h * s_free[0], C);
+    for (i = 0; i < N_CH; ++i) {
+        s[i] = s_free[i] + dot(work->W[i], force, N_CH);
+        largest = fmax(largest, fabs(s[i]));
+    }
+    turned(K_FIXED, angle + 0.5 * h * s[0], K);
+    turned(C_FIXED, angle + 0.5 * h * s[0], C);
     for (i = 0; i < N_TURNING; ++i) {
         double seen[N_TURNING] = {0};
         for (k = 0; k < N_TURNING / 2 - 1; ++k) { /* The fixed frame's velocity from the carrier's: x' + Omega J x. */
@@ -271,11 +256,6 @@ static int solve_channels(const Work *work, const double s_free[], const double 
         }
     }
     mesh_stiffness_at(MESH_TEETH * angle, 0, old_k);
-    for (k = 0; k < N_ROLLING; ++k) old_energy[k] = roller_load(k, delta + ROLLING + 4 * k, angle, NULL, NULL);
-    for (i = 0; i < N_CH; ++i) {
-        s[i] = s_free[i] + dot(work->W[i], force, N_CH);
-        largest = fmax(largest, fabs(s[i]));
-    }
     rounding = ROUNDING * h * largest;
     for (iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
         double tangent[N_CH][N_CH], matrix[N_CH][N_CH], change[N_CH], power = 0.0, by_twist;
@@ -309,11 +289,12 @@ static int solve_channels(const Work *work, const double s_free[], const double 
         }
         for (k = 0; k < N_ROLLING; ++k) {
             int at = ROLLING + 4 * k;
-            double new[4], gradient[5], stiffness[5][5], angles[2] = {angle, angle + h * s[0]};
-            for (i = 0; i < 4; ++i) new[i] = delta[at + i] + h * s[at + i];
-            force[0] -= roller_gradient(k, delta + at, new, angles, old_energy[k], gradient, stiffness);
+            double middle[4], load[5], stiffness[5][5];
+            for (i = 0; i < 4; ++i) middle[i] = delta[at + i] + 0.5 * h * s[at + i];
+            roller_load(k, middle, angle + 0.5 * h * s[0], load, stiffness);
+            force[0] -= load[4];
             for (i = 0; i < 4; ++i) {
-                force[at + i] = REFERENCE[at + i] * 0.5 * (delta[at + i] + new[i]) - gradient[i];
+                force[at + i] = REFERENCE[at + i] * middle[i] - load[i];
                 for (j = 0; j < 4; ++j)
                     tangent[at + i][at + j] = 0.5 * h * ((i == j) * REFERENCE[at + i] - stiffness[i][j]);
             }

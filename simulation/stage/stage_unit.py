@@ -1,9 +1,9 @@
 """The planetary stage with its reduced bodies as a co-simulation unit.
 
 The unit's C code (``stage_unit.c``) takes the steps of :mod:`carrierflex.simulation.stage.response`
-in the modes of :mod:`carrierflex.simulation.stage.modal_form`: flexible bodies, meshes that vary
-with the angle and part from each other, clearances, roller bearings, the sun's spline, mount and
-weight are inside.
+in the modes of :mod:`carrierflex.simulation.stage.modal_form`, all with inertia: flexible
+bodies, meshes that vary with the angle and part from each other, clearances, roller bearings, the
+sun's spline, mount and weight are inside.
 """
 
 from collections.abc import Mapping, Sequence
