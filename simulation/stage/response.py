@@ -721,8 +721,9 @@ def _solve_channels(
     first = _FLANKS + len(k.gaps)
     n_turning = k.K_turning.shape[1]
     K, mount = np.empty((n_turning, n_turning)), np.empty((n_turning, n_turning))
-    _add_product(1.0, W, force, s)
+    # The mount's angle is predicted without the channels' forces, which are a guess here.
     _turned(k.K_turning, k.C_turning, angle + 0.5 * h * s[0], K, mount)
+    _add_product(1.0, W, force, s)
     steady = np.zeros(n_turning)
     for i in range(n_turning):
         for j in range(n_turning):
@@ -816,7 +817,7 @@ def _advance(
         old_k[:] = new_k
         fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + 0.5 * turn), mid_k)
         fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + turn), new_k)
-        c, s_ = np.cos(delta[0] + 0.5 * turn), np.sin(delta[0] + 0.5 * turn)
+        c, s_ = np.cos(delta[0] + 0.5 * h * speed), np.sin(delta[0] + 0.5 * h * speed)
         a[0], a[1] = drive[step, 0], generator * drive[step, 1]
         a[2], a[3] = -gravity * s_, -gravity * c
         a[4] = c * drive[step, 2] + s_ * drive[step, 3]

@@ -26,10 +26,13 @@ enum {
 #define CONVERGED_NEWTON 1e-9
 #define ROUNDING 1e-11
 #define RUN_AWAY 1e3
+#define SLOW_TURN 1e-5 /* Turn of a step [rad] below which rollers give no energy back. */
+#define GENTLE 1e-3    /* Work of the rollers in a step over their energy up to which none is missing. */
 
 struct Work { double h, A_inverse[N_M][N_M], answer[N_CH][N_M], W[N_CH][N_CH]; };
-/* Memory of the solver: channel forces of the last two steps, length of the last. States are q, then v = q'. */
-typedef struct { double force[N_CH], before[N_CH], h; } Memory;
+/* Memory of the solver: channel forces of the last two steps, length of the last, energy [J] that the rollers have taken
+ * too little. States are q, then v = q'. */
+typedef struct { double force[N_CH], before[N_CH], h, missing; } Memory;
 
 Work *model_work(void) { return calloc(1, sizeof(Work)); }
 void model_free(Work *work) { free(work); }
@@ -230,19 +233,17 @@ static void turned(const double fixed[N_TURNING][N_TURNING], double angle, doubl
     }
 }
 
-/* Rates s of the channels over a step and their forces, by Newton's method; 0 where there is no balance. */
-static int solve_channels(const Work *work, const double s_free[], const double delta[], double force[], double s[]) {
+/* Rates s of the channels over a step and their forces, by Newton's method; 0 where there is no balance. The rollers
+ * take given_back [N m] from the drive more. */
+static int solve_channels(const Work *work, const double s_free[], const double delta[], double given_back,
+                          double force[], double s[]) {
     double K[N_TURNING][N_TURNING], C[N_TURNING][N_TURNING], K_0[N_TURNING][N_TURNING];
     double old_k[N_MESHES], mid_k[N_MESHES], new_k[N_MESHES];
     static const int blocks[5][2] = {{1, N_FLANKS}, {N_TURNING, 1}, {2, N_LOOSE}, {4, N_ROLLING}, {3, N_SPLINES}};
     double h = work->h, angle = delta[0], largest = 0.0, rounding;
     int i, j, k, iteration;
-    for (i = 0; i < N_CH; ++i) {
-        s[i] = s_free[i] + dot(work->W[i], force, N_CH);
-        largest = fmax(largest, fabs(s[i]));
-    }
-    turned(K_FIXED, angle + 0.5 * h * s[0], K);
-    turned(C_FIXED, angle + 0.5 * h * s[0], C);
+    turned(K_FIXED, angle + 0.5 * h * s_free[0], K);
+    turned(C_FIXED, angle + 0.5 * h * s_free[0], C);
     for (i = 0; i < N_TURNING; ++i) {
         double seen[N_TURNING] = {0};
         for (k = 0; k < N_TURNING / 2 - 1; ++k) { /* The fixed frame's velocity from the carrier's: x' + Omega J x. */
@@ -256,6 +257,10 @@ static int solve_channels(const Work *work, const double s_free[], const double 
         }
     }
     mesh_stiffness_at(MESH_TEETH * angle, 0, old_k);
+    for (i = 0; i < N_CH; ++i) {
+        s[i] = s_free[i] + dot(work->W[i], force, N_CH);
+        largest = fmax(largest, fabs(s[i]));
+    }
     rounding = ROUNDING * h * largest;
     for (iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
         double tangent[N_CH][N_CH], matrix[N_CH][N_CH], change[N_CH], power = 0.0, by_twist;
@@ -272,7 +277,7 @@ static int solve_channels(const Work *work, const double s_free[], const double 
             before = fmax(before, 0.0), after = fmax(after, 0.0);
             power += 0.5 * SHARES[j] * ((new_k[mesh] - mid_k[mesh]) * after * after + (mid_k[mesh] - old_k[mesh]) * before * before);
         }
-        force[0] = fabs(h * s[0]) > 1e-12 ? -power / (h * s[0]) : 0.0;
+        force[0] = (fabs(h * s[0]) > 1e-12 ? -power / (h * s[0]) : 0.0) - given_back;
         for (i = 0; i < N_TURNING; ++i)
             for (force[TURNING + i] = 0.0, j = 0; j < N_TURNING; ++j) {
                 force[TURNING + i] -= K_0[i][j] * s[TURNING + j] + K[i][j] * delta[TURNING + j];
@@ -349,11 +354,29 @@ static void loads(double angle, const double u[], double a[7]) {
     a[6] = 1.0;
 }
 
+/* What the rollers store over a step beyond the work that their forces at its middle take [J]; zero where that is
+ * small. */
+static double roller_rest(const double delta[], const double s[], double h) {
+    double rest = 0.0, absorbed = 0.0, energy = 0.0, angle = delta[0], middle_angle = angle + 0.5 * h * s[0];
+    int i, k;
+    for (k = 0; k < N_ROLLING; ++k) {
+        const double *old = delta + ROLLING + 4 * k, *rate = s + ROLLING + 4 * k;
+        double middle[4], new[4], load[5], stiffness[5][5];
+        for (i = 0; i < 4; ++i) middle[i] = old[i] + 0.5 * h * rate[i], new[i] = old[i] + h * rate[i];
+        energy += roller_load(k, middle, middle_angle, load, stiffness);
+        absorbed += h * load[4] * s[0];
+        for (i = 0; i < 4; ++i) absorbed += h * load[i] * rate[i];
+        rest += roller_load(k, new, angle + h * s[0], NULL, NULL) - roller_load(k, old, angle, NULL, NULL);
+    }
+    return fabs(absorbed) > GENTLE * energy ? rest - absorbed : 0.0;
+}
+
 /* One step of work->h with inputs u of its middle. */
 static const char *advance(const Work *work, State *state, Memory *m, double delta[], const double u[]) {
     double h = work->h, *q = state->x, *v = q + N_M, a[7], rhs[N_M], free_w[N_M], s_free[N_CH], rate[N_CH];
+    double turn = h * dot(B[0], v, N_M), given_back = m->missing * turn / (turn * turn + SLOW_TURN * SLOW_TURN);
     int i, j;
-    loads(delta[0] + 0.5 * h * dot(B[0], v, N_M), u, a);
+    loads(delta[0] + 0.5 * turn, u, a);
     for (i = 0; i < N_M; ++i) {
         rhs[i] = 2.0 / h * v[i] - OMEGA_2[i] * q[i];
         for (j = 0; j < 7; ++j) rhs[i] += a[j] * P[j][i];
@@ -365,10 +388,11 @@ static const char *advance(const Work *work, State *state, Memory *m, double del
         m->force[i] = 2.0 * force - m->before[i];
         m->before[i] = force;
     }
-    if (!solve_channels(work, s_free, delta, m->force, rate))
+    if (!solve_channels(work, s_free, delta, given_back, m->force, rate))
         return "the contact forces of a step found no balance; export the unit with a smaller --time-step";
     for (j = 0; j < N_CH; ++j)
         for (i = 0; m->force[j] != 0.0 && i < N_M; ++i) free_w[i] += m->force[j] * work->answer[j][i];
+    m->missing += roller_rest(delta, rate, h) - given_back * h * rate[0];
     for (i = 0; i < N_M; ++i) {
         q[i] += h * free_w[i];
         v[i] = 2.0 * free_w[i] - v[i];

@@ -194,7 +194,7 @@ def stage_unit(
         },
         source=Path(__file__).with_suffix(".c"),
         data=data,
-        memory=2 * len(k.B) + 1,
+        memory=2 * len(k.B) + 2,
         step=float(step),
     )
 

@@ -5,6 +5,7 @@ import pytest
 
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.simulation.stage import modal_form, response
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.simulation.stage.stage_model import stage_model
 
@@ -27,3 +28,13 @@ def stage_body(pinned_carrier):
 @pytest.fixture(scope="session")
 def nominal_stage(stage_body):
     return stage_model(stage_body, speed=SPEED)
+
+
+@pytest.fixture
+def all_modes(monkeypatch):
+    """Steps in which no mode answers statically."""
+    with monkeypatch.context() as patched:
+        patched.setattr(modal_form, "_FASTEST", np.inf)
+        response._prepared.cache_clear()
+        yield
+    response._prepared.cache_clear()

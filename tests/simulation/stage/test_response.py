@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.simulation.stage import modal_form, response
 from carrierflex.simulation.stage.linearised import linearised_modes
 from carrierflex.simulation.stage.modal_form import (
     grouped,
@@ -72,13 +71,12 @@ def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     assert (slopes < 2.15).all(), slopes  # the reference's own error adds 0.05
 
 
-def test_modes_that_a_step_does_not_resolve_answer_statically(nominal_stage, start, monkeypatch):
+def test_modes_that_a_step_does_not_resolve_answer_statically(nominal_stage, start, request):
     drive = with_torque(nominal_stage, lambda t: 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2)
     settings = {"duration": 0.4, "sample_rate": 100.0, "step": 1e-3}
     record = run(nominal_stage, drive, start, **settings)
     assert len(resolved(modal_stage(nominal_stage), 1e-3).omega) < 90
-    monkeypatch.setattr(modal_form, "_FASTEST", np.inf)
-    response._prepared.cache_clear()
+    request.getfixturevalue("all_modes")
     whole = run(nominal_stage, drive, start, **settings)
     teeth = nominal_stage.channels.B[:, nominal_stage.channels.meshes]
     error = np.abs((record.c - whole.c) @ teeth).max(axis=0)
