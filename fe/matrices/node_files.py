@@ -1,6 +1,5 @@
 """Nodes of other programs' models: numbers, coordinates, sets, and the order of matrix rows."""
 
-import io
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -17,7 +16,14 @@ from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
-from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
+from carrierflex.geometry.given_meshes.nastran_decks import (
+    BYTE_ORDER_MARK,
+    Entry,
+    bulk_entries,
+    grid_of,
+    grids_in_frames,
+    refuse_default_systems,
+)
 from carrierflex.geometry.given_meshes.other_entries import refuse_made_nodes
 
 _MOST_BYTES = 8_000_000_000
@@ -207,41 +213,36 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
         with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
             if path.suffix.lower() == ".asm":
                 return _assembly_nodes(path)
-            text = _bulk_of(path)
-            grids = bulk.rdgrids(io.StringIO(text))
-            if grids is None:
-                raise ValueError("no GRID entries")
-            if (grids[:, [1, 5]] != 0).any():
-                return _of_uset(bulk.bulk2uset(io.StringIO(text))[0])
-            return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
+            return _bulk_nodes(list(bulk_entries(path.read_bytes())))
     except _NamedError:
         raise
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     except Exception as error:
-        # Its errors are of every kind: a damaged file meets its code unchecked.
+        # pyyeti's errors are of every kind: a damaged file meets its code unchecked.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"{path}: no sound bulk data with GRID entries ({reason})") from error
 
 
+def _bulk_nodes(entries: list[Entry]) -> NodeTable:
+    in_frames = False
+    grids = []
+    for entry in entries:
+        if entry.name == "GRID":
+            grids.append(grid_of(entry))
+            in_frames |= any(entry.field(at) not in ("", 0) for at in (1, 5))
+        elif entry.name == "GRDSET":
+            refuse_default_systems(entry, 1, 5)
+    if not grids:
+        raise ValueError("no GRID entries; expected the file that holds the nodes")
+    if in_frames:
+        return _of_uset(grids_in_frames(entries))
+    numbers_of_grids, places = zip(*grids, strict=True)
+    return node_table(np.array(numbers_of_grids, dtype=np.int64), np.array(places))
+
+
 class _NamedError(ValueError):
     """An error that names its file and its cause."""
-
-
-def _bulk_of(path: Path) -> str:
-    """Bulk data in which every GRID names its systems."""
-    try:
-        text = bulk_data(path.read_bytes())
-        defaults = bulk.rdcards(
-            io.StringIO(text), "grdset", return_var="list", blank=0, no_data_return=[]
-        )
-        systems = [card[at] for card in defaults for at in (1, 5) if any(card[at : at + 1])]
-        if systems:
-            raise ValueError(
-                f"GRDSET gives coordinate system {systems[0]} to grids that name none; expected "
-                "the system in every GRID"
-            )
-    except ValueError as error:
-        raise _NamedError(f"{path}: {error}") from error
-    return text
 
 
 def _punch_of(path: Path) -> Path:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shown
-from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
+from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_entries
 
 #: Nastran's entries by what they add to a body; shells only where the deck gives them a property.
 _NASTRAN_SHELLS = r"C(TRIA|QUAD)\w*"
@@ -57,7 +57,7 @@ def left_out(path: Path) -> tuple[str, ...]:
             counts, has_sections = _abaqus_entries(content)
             shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
         else:
-            counts = _nastran_entries(bulk_data(content))
+            counts = Counter(entry.name for entry in bulk_entries(content))
             has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
             shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
     except ValueError as error:
@@ -80,8 +80,6 @@ def left_out(path: Path) -> tuple[str, ...]:
         lines.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
     if linked := _of(counts, links):
         lines.append(f"left out: {_listed(linked)}; {LINKS_REPLACED}")
-    if counts["INCLUDE"]:
-        lines.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
     return tuple(lines)
 
 
@@ -91,13 +89,6 @@ def _of(counts: Counter[str], pattern: str) -> dict[str, int]:
 
 def _listed(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.items())
-
-
-def _nastran_entries(text: str) -> Counter[str]:
-    """Names of the entries of a deck and how often they stand there."""
-    bulk = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
-    names = re.findall(r"(?m)^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk)
-    return Counter(name.upper() for name in names)
 
 
 def refuse_made_nodes(content: bytes) -> None:

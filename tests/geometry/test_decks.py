@@ -41,6 +41,17 @@ def in_forks(monkeypatch):
 
 def card(name, fields, form):
     """One entry in fields of 8 or 16 characters, or between commas."""
+    if form == "tabs":
+        return card(name, fields, "free").replace("0000", "").replace(",", "\t")
+    if form == "mixed":
+        first = card(name, fields[:8], "blank")
+        return first + card("*", fields[8:], "long").replace("**", "*") if fields[8:] else first
+    if form == "long free":
+        words = [str(field) for field in fields]
+        rows = [",".join(words[i : i + 4]) for i in range(0, len(words), 4)]
+        return f"{name}*," + "\n*,".join(rows) + "\n"
+    if form == "remarks":
+        return card(name, fields, "plus").replace("\n", " $ a, 1\n")
     width, n = (16, 4) if form == "long" else (8, 8)
     words = [f"{field:.6f}" if isinstance(field, float) else str(field) for field in fields]
     lines = [words[i : i + n] for i in range(0, len(words), n)]
@@ -79,7 +90,11 @@ def body_of(path, group):
 
 @pytest.mark.parametrize(
     ("form", "comment"),
-    [("plus", ""), ("blank", ""), ("long", ""), ("free", ""), ("blank", "$ comment\n\n")],
+    [
+        *((form, "") for form in ("plus", "blank", "long", "free")),
+        *((form, "") for form in ("tabs", "mixed", "long free", "remarks")),
+        ("blank", "$ comment\n\n"),
+    ],
 )
 def test_a_hexahedron_of_20_nodes_is_one_however_its_lines_go_on(form, comment, tmp_path):
     path = tmp_path / "block.bdf"
@@ -148,7 +163,11 @@ def test_nothing_behind_enddata_is_read_and_a_byte_order_mark_hides_no_card(tmp_
     [
         ("  CONM2,200,5,,50.0\n", "line ' CONM2,200,5,,50.0' begins with blanks; .*column 1"),
         (" CHEXA  ,8,1\n", "line ' CHEXA ,8,1' begins with blanks"),
-        ("GRID*,21,,0.0,0.0\n*,2.0\n", "'GRID\\*,21,,0.0,0.0' is a large entry .* with commas"),
+        ("GRID*  " + "21".rjust(17) + "\n+       1.\n", "line '[+] 1.' has fields of 8 .* of 16"),
+        ("GRID\t21\t\t0.100000\t0.\t0.\n", "'GRID.*' has a tab behind a full field"),
+        ("=,*1,=,*0.1\n", "line '=,.1,=,.0.1' repeats an entry"),
+        ("RBE2,9,1,123456,2,3,4,5,6,7,8\n", "line 'RBE2,.*' has 10 fields behind .* at most 8"),
+        ("RBE2,9,1,123456,2,3,4,5,6,+A\n+B,7\n", "line '[+]B,7' follows .* goes on in 'A'"),
     ],
 )
 def test_cards_that_would_be_dropped_are_refused_with_their_line(more, refused, tmp_path):
@@ -158,6 +177,14 @@ def test_cards_that_would_be_dropped_are_refused_with_their_line(more, refused, 
         read_solid_mesh(path)
     with pytest.raises(ValueError, match=rf"block\.bdf: the .*{refused}"):
         read_nodes(path)
+
+
+def test_entries_of_an_included_file_are_not_passed_over(tmp_path):
+    path = tmp_path / "block.bdf"
+    path.write_text(deck("free", more="include 'masses.bdf'\n"))
+    for read in (read_solid_mesh, read_mesh, read_nodes):
+        with pytest.raises(ValueError, match=r"masses\.bdf'.*: other files are not read; expected"):
+            read(path)
 
 
 SHELL = card("PSHELL", [2, 1, 0.01], "plus") + card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")
