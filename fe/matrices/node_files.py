@@ -1,7 +1,7 @@
 """Nodes of other programs' models: numbers, coordinates, sets, and the order of matrix rows."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,9 +15,9 @@ from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
+from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks, full_rows
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
 from carrierflex.geometry.given_meshes.nastran_decks import (
-    BYTE_ORDER_MARK,
     Entry,
     bulk_entries,
     grid_of,
@@ -96,9 +96,9 @@ def numbers_in_turn(path: Path) -> NDArray[np.int64]:
     """Numbers of the nodes of a deck in the order in which they stand there."""
     content = plain_content(path, _EXPECTED, _MOST_BYTES)
     tables = [
-        _coordinates(data)
-        for keyword, data in _deck_blocks(content)
-        if keyword.split(",")[0] == "NODE"
+        number_table(full_rows(block.data), 4, "the nodes")
+        for block in deck_blocks(content)
+        if block.name == "*NODE"
     ]
     return whole(np.concatenate([np.zeros(0), *(table[:, 0] for table in tables)]), "node numbers")
 
@@ -144,47 +144,20 @@ def _deck_nodes(content: bytes) -> NodeTable:
     refuse_made_nodes(content)
     tables: list[NDArray[np.float64]] = []
     sets: dict[str, list[NDArray[np.int64]]] = {}
-    for keyword, data in _deck_blocks(content):
-        name, *options = (word.strip() for word in keyword.split(","))
-        chosen = dict(option.partition("=")[::2] for option in options)
-        settings = {k.strip(): v.strip() for k, v in chosen.items()}
-        if name == "NODE":
-            tables.append(_coordinates(data))
-            if settings.get("NSET"):
-                sets.setdefault(settings["NSET"], []).append(
-                    whole(tables[-1][:, 0], "node numbers")
-                )
-        elif name == "NSET" and settings.get("NSET"):
-            members = _members(data, "GENERATE" in settings, sets)
-            sets.setdefault(settings["NSET"], []).append(members)
+    for block in deck_blocks(content):
+        name = block.settings.get("NSET", "").replace(" ", "").upper()
+        if block.name == "*NODE":
+            tables.append(number_table(full_rows(block.data), 4, "the nodes"))
+            if name:
+                sets.setdefault(name, []).append(whole(tables[-1][:, 0], "node numbers"))
+        elif block.name == "*NSET" and name:
+            members = _members(block.data, "GENERATE" in block.settings, sets)
+            sets.setdefault(name, []).append(members)
     if not sum(map(len, tables)):
         raise ValueError("no *NODE with coordinates; expected the file that holds the nodes")
     table = np.concatenate(tables)
     joined = {name: np.unique(np.concatenate(parts)) for name, parts in sets.items()}
     return node_table(whole(table[:, 0], "node numbers"), table[:, 1:], sets=joined)
-
-
-def _deck_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
-    """Keyword line in capitals without blanks, and the lines below it, of nodes and sets."""
-    content = content.removeprefix(BYTE_ORDER_MARK)
-    marks = list(re.finditer(rb"^[ \t]*\*(?!\*)([^\r\n]*)", content, re.MULTILINE))
-    ends = [*(mark.start() for mark in marks[1:]), len(content)]
-    for mark, end in zip(marks, ends, strict=True):
-        keyword = re.sub(r"[ \t]+", "", mark[1].decode("latin-1")).upper()
-        if keyword.startswith(("NODE,", "NSET,")) or keyword == "NODE":
-            yield keyword, re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*", b"", content[mark.end() : end])
-
-
-def _coordinates(data: bytes) -> NDArray[np.float64]:
-    """Number and three coordinates of every node; what a line leaves out is zero."""
-    lines = [line for line in data.split(b"\n") if line.strip()]
-    counts = {line.count(b",") - line.rstrip().endswith(b",") for line in lines}
-    if counts == {3}:
-        return number_table(data, 4, "the nodes")
-    rows = [numbers(line, "the nodes") for line in lines]
-    if any(len(row) > 4 or not len(row) for row in rows):
-        raise ValueError("a line of *NODE with more than four numbers; expected number, x, y, z")
-    return np.array([np.pad(row, (0, 4 - len(row))) for row in rows]).reshape(-1, 4)
 
 
 def _members(

@@ -304,6 +304,70 @@ def test_one_instance_that_does_not_move_its_part_is_read(tmp_path):
     assert_allclose(read_nodes(path).points, mesh.points)
 
 
+ASSEMBLY = """*ASSEMBLY, NAME=A
+*INSTANCE, NAME=P-1, PART=P
+*END INSTANCE
+*NODE
+1, 9., 9., 9.
+*NSET, NSET=POINT
+1
+*NSET, NSET=FACE, INSTANCE=P-1
+1, 2, 3, 4
+*END ASSEMBLY
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("TYPE=C3D20\n", "TYPE=C3D20,\nELSET=ALL\n"),
+        ("*NODE\n", "* Node , NSET=EACH\n"),
+        ("0.000, 0.000, 0.000\n", "\n"),
+        ("0.100, 0.000, 0.000\n", "0.100\n"),
+        ("0.000, 0.100, 0.000\n", ", 0.100,\n"),
+        ("\n4, ", "\n*NODE\n4, "),
+        ("*ELSET, ELSET=ALL\n1\n", f"*ELSET, ELSET=ALL\n1\n{ASSEMBLY}"),
+    ],
+)
+def test_nodes_of_a_deck_are_the_same_however_they_are_written(old, new, tmp_path):
+    path = tmp_path / "block.inp"
+    text = abaqus()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    mesh = read_solid_mesh(path, numbers_in_turn)
+    ((_, group, nodes),) = mesh.blocks
+    assert group == "ALL"
+    assert_allclose(mesh.points[nodes[0]], 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    table = read_nodes(path)
+    assert_allclose(table.points, 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    assert "POINT" not in table.sets
+
+
+def test_elements_may_stand_before_the_nodes(tmp_path):
+    path = tmp_path / "block.inp"
+    nodes, elements = abaqus().split("*ELEMENT")
+    path.write_text(f"*ELEMENT{elements}{nodes}")
+    assert_allclose(
+        read_solid_mesh(path, numbers_in_turn).points, 0.1 * REFERENCE_NODES["hexahedron20"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        ("*NODE\n5, 0., 0., 0.7\n", "node 5 occurs twice; expected every node once"),
+        ("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 99\n", "names number 99, which nothing of this file"),
+        ("*NODE\n21, 0., 0., 0., 0., 1.\n", "line '21, .*' of .NODE has more than four"),
+        ("*NSET, NSET=X, GENERATE\n1, 999999999999\n", "GENERATE with '1, 999.*; expected first"),
+    ],
+)
+def test_nodes_twice_and_numbers_of_nothing_are_refused(more, refused, tmp_path):
+    path = tmp_path / "odd.inp"
+    path.write_text(abaqus(more))
+    with pytest.raises(ValueError, match=rf"odd\.inp: .*{refused}"):
+        read_solid_mesh(path, numbers_in_turn)
+
+
 def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):
     path = tmp_path / "skin.inp"
     path.write_text(
