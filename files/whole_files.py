@@ -100,7 +100,11 @@ def refuse_foreign(path: Path, *marks: str) -> None:
     ------
     FileExistsError
         Where there is a file without them.
+    OSError
+        Where there is a folder.
     """
+    if path.is_dir():
+        check_file_writable(path)
     if not path.is_file():
         return
     content = path.read_bytes()
@@ -119,12 +123,10 @@ def refuse_foreign_files(marks: Mapping[Path, str]) -> None:
 
     Raises
     ------
-    FileExistsError, IsADirectoryError
+    FileExistsError, OSError
         Where there is a file without its words, or a folder.
     """
     for path, mark in marks.items():
-        if path.is_dir():
-            check_file_writable(path)
         refuse_foreign(path, mark)
 
 

@@ -20,13 +20,12 @@ from carrierflex.fe.matrices.stored_matrix import (
 )
 from carrierflex.fe.matrices.text_numbers import numbers, whole
 from carrierflex.files.shown_values import shown
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_entries
 
 #: Form numbers: square and symmetric.
 _SQUARE, _SYMMETRIC = 1, 6
 #: First letters of names.
 _LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}
-#: Fields of a line behind the first, and their widths.
-_SMALL, _LARGE = (8, 8), (16, 4)
 #: Nastran lets an exponent stand without its letter: 1.0-5.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([-+])(?=\d)")
 
@@ -51,7 +50,10 @@ def read_dmig(path: Path, content: bytes, quantity: str) -> StoredMatrix:
         Where there is no such matrix, or it is not real and square.
     """
     try:
-        cards = _cards(content.decode("latin-1"))
+        cards: dict[str, list[list[str]]] = {}
+        for entry in bulk_entries(content):
+            if entry.name == "DMIG":
+                cards.setdefault(entry.words[0].upper(), []).append(entry.words)
         name = chosen_name(list(cards), quantity)
         return _matrix(cards[name])
     except ValueError as error:
@@ -75,35 +77,6 @@ def chosen_name(names: list[str], quantity: str) -> str:
             f"{letter} ({quantity})"
         )
     return candidates[0]
-
-
-def _cards(text: str) -> dict[str, list[list[str]]]:
-    """Fields of every DMIG entry behind the word, continuations joined, by matrix."""
-    cards: dict[str, list[list[str]]] = {}
-    current: list[str] | None = None
-    for raw in text.splitlines():
-        line = raw.split("$", 1)[0].rstrip()
-        if not line:
-            continue
-        first = line[:8].split(",", 1)[0].strip().upper()
-        if first in ("DMIG", "DMIG*"):
-            current = _fields(line, large=first.endswith("*"))
-            cards.setdefault(current[0].upper(), []).append(current)
-        elif current is not None and (first == "" or first[0] in "*+"):
-            current += _fields(line, large=first.startswith("*"))
-        else:
-            current = None
-    return cards
-
-
-def _fields(line: str, *, large: bool) -> list[str]:
-    """The fields of one line behind the first one, as many as the format has."""
-    width, count = _LARGE if large else _SMALL
-    if "," in line:
-        words = [word.strip() for word in line.split(",")[1 : 1 + count]]
-    else:
-        words = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
-    return [*words, *[""] * (count - len(words))]
 
 
 def _matrix(cards: list[list[str]]) -> StoredMatrix:

@@ -259,6 +259,11 @@ def _refuse_other_shape(path: Path, name: str, size: int, part: IO[bytes]) -> No
 
 
 def _sparse(path: Path, parts: "np.lib.npyio.NpzFile") -> sp.csr_array:
+    if "format" not in parts:
+        raise ValueError(
+            f"{path}: holds {shown(', '.join(parts.files))}, a dense array or others; expected a "
+            "sparse matrix: scipy.sparse.save_npz(file, scipy.sparse.csr_array(A)) writes one"
+        )
     layout = bytes(np.asarray(parts["format"])).decode("latin-1").strip("\0")
     if layout not in _PARTS:
         raise ValueError(f"{path}: format {shown(layout)}; expected {', '.join(_PARTS)}")
@@ -408,6 +413,11 @@ class _Block(NamedTuple):
     keyword: str
     data: bytes
 
+    @property
+    def options(self) -> str:
+        """What follows the keyword, without blanks."""
+        return self.keyword.partition(",")[2].replace(" ", "")
+
 
 def _read_abaqus_matrix(path: Path, content: bytes, quantity: str) -> StoredMatrix:
     """Matrix of a .mtx file in any of the three layouts."""
@@ -416,7 +426,9 @@ def _read_abaqus_matrix(path: Path, content: bytes, quantity: str) -> StoredMatr
         if any(block.keyword.startswith("USER ELEMENT") for block in blocks):
             return _element_matrix(content, blocks, quantity)
         listed = [b for b in (plain, *blocks) if b is plain or "MATRIX" in b.keyword]
-        return _listed_entries(_chosen([b for b in listed if b.data.strip()], quantity))
+        chosen = _chosen([b for b in listed if b.data.strip() or "INPUT=" in b.options], quantity)
+        _refuse_options(chosen)
+        return _listed_entries(chosen.data)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -433,15 +445,29 @@ def _blocks(content: bytes) -> list[_Block]:
     return blocks
 
 
-def _chosen(blocks: list[_Block], quantity: str) -> bytes:
-    """Lines of the one block with entries; of several, that whose NAME says the quantity."""
+def _chosen(blocks: list[_Block], quantity: str) -> _Block:
+    """The one block with entries; of several, that whose NAME says the quantity."""
     if len(blocks) < 2:
-        return b"".join(block.data for block in blocks)
+        return blocks[0] if blocks else _Block("", b"")
     names = []
     for block in blocks:
         name = re.search(r"\bNAME ?= ?([^,]+)", block.keyword)
         names.append(name[1] if name else f"*{block.keyword}")
-    return blocks[names.index(chosen_name(names, quantity))].data
+    return blocks[names.index(chosen_name(names, quantity))]
+
+
+def _refuse_options(block: _Block) -> None:
+    """Refuse what makes another matrix of the entries that are listed."""
+    odd = re.search(r"\b(INPUT|SCALEFACTOR)=[^,]+", block.options)
+    if odd is not None and odd[0] not in ("SCALEFACTOR=1", "SCALEFACTOR=1.", "SCALEFACTOR=1.0"):
+        what = {
+            "INPUT": "give that file itself",
+            "SCALEFACTOR": "multiply them",
+        }[odd[1]]
+        raise ValueError(
+            f"*{block.keyword}: {odd[0]} is not followed; expected the entries as they are "
+            f"meant: {what}"
+        )
 
 
 def _listed_entries(data: bytes) -> StoredMatrix:

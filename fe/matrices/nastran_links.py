@@ -4,19 +4,16 @@ The independent grid of an RBE2 is a rigid pilot, the reference grid of an RBE3 
 Entries: MSC Nastran 2021 Quick Reference Guide.
 """
 
-import io
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyyeti.nastran import bulk
 
 from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.fe.matrices.node_files import NodeTable, read_nodes
-from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import plain_content
-from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_entries
 
 if TYPE_CHECKING:
     from carrierflex.fe.matrices.interface_tables import (
@@ -62,10 +59,10 @@ def linked_pilots(
     content = plain_content(path, _EXPECTED, _MOST_BYTES)
     if not re.search(rb"(?im)^RBE[23]", content):
         return []
-    cards = in_child(_cards, path, len(content), about=path, what="pyyeti")
     nodes = nodes or read_nodes(path)
     try:
-        return [_pilot(card, nodes) for card in cards]
+        links = (entry for entry in bulk_entries(content) if entry.name in ("RBE2", "RBE3"))
+        return [_pilot([entry.name, *entry.fields], nodes) for entry in links]
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -89,25 +86,6 @@ def with_linked_pilots(document: "InterfacesDocument", deck: Path) -> "Interface
     if not linked:
         raise ValueError(f"{deck}: no RBE2 or RBE3; expected one at least, or tables [[pilots]]")
     return document.model_copy(update={"pilots": [*document.pilots, *linked]})
-
-
-def _cards(path: Path, size: int) -> list[list[Any]]:
-    """Name and fields of every link; blank fields are empty texts."""
-    try:
-        with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
-            cards = bulk.rdcards(
-                io.StringIO(bulk_data(path.read_bytes())),
-                r"RBE[23][*\s,]",
-                regex=True,
-                return_var="list",
-                keep_name=True,
-                no_data_return=[],
-            )
-            return [[str(card[0]).rstrip("*").upper(), *card[1:]] for card in cards]
-    except Exception as error:
-        # Its errors are of every kind: a damaged file meets its code unchecked.
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"{path}: no sound bulk data ({reason})") from error
 
 
 def _pilot(card: list[Any], nodes: NodeTable) -> "DistributingTable | RigidTable":

@@ -1,8 +1,7 @@
 """Nodes of other programs' models: numbers, coordinates, sets, and the order of matrix rows."""
 
-import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,8 +15,15 @@ from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
+from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks, full_rows
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
-from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
+from carrierflex.geometry.given_meshes.nastran_decks import (
+    Entry,
+    bulk_entries,
+    grid_of,
+    grids_in_frames,
+    refuse_default_systems,
+)
 from carrierflex.geometry.given_meshes.other_entries import refuse_made_nodes
 
 _MOST_BYTES = 8_000_000_000
@@ -90,9 +96,9 @@ def numbers_in_turn(path: Path) -> NDArray[np.int64]:
     """Numbers of the nodes of a deck in the order in which they stand there."""
     content = plain_content(path, _EXPECTED, _MOST_BYTES)
     tables = [
-        _coordinates(data)
-        for keyword, data in _deck_blocks(content)
-        if keyword.split(",")[0] == "NODE"
+        number_table(full_rows(block.data), 4, "the nodes")
+        for block in deck_blocks(content)
+        if block.name == "*NODE"
     ]
     return whole(np.concatenate([np.zeros(0), *(table[:, 0] for table in tables)]), "node numbers")
 
@@ -138,47 +144,20 @@ def _deck_nodes(content: bytes) -> NodeTable:
     refuse_made_nodes(content)
     tables: list[NDArray[np.float64]] = []
     sets: dict[str, list[NDArray[np.int64]]] = {}
-    for keyword, data in _deck_blocks(content):
-        name, *options = (word.strip() for word in keyword.split(","))
-        chosen = dict(option.partition("=")[::2] for option in options)
-        settings = {k.strip(): v.strip() for k, v in chosen.items()}
-        if name == "NODE":
-            tables.append(_coordinates(data))
-            if settings.get("NSET"):
-                sets.setdefault(settings["NSET"], []).append(
-                    whole(tables[-1][:, 0], "node numbers")
-                )
-        elif name == "NSET" and settings.get("NSET"):
-            members = _members(data, "GENERATE" in settings, sets)
-            sets.setdefault(settings["NSET"], []).append(members)
+    for block in deck_blocks(content):
+        name = block.settings.get("NSET", "").replace(" ", "").upper()
+        if block.name == "*NODE":
+            tables.append(number_table(full_rows(block.data), 4, "the nodes"))
+            if name:
+                sets.setdefault(name, []).append(whole(tables[-1][:, 0], "node numbers"))
+        elif block.name == "*NSET" and name:
+            members = _members(block.data, "GENERATE" in block.settings, sets)
+            sets.setdefault(name, []).append(members)
     if not sum(map(len, tables)):
         raise ValueError("no *NODE with coordinates; expected the file that holds the nodes")
     table = np.concatenate(tables)
     joined = {name: np.unique(np.concatenate(parts)) for name, parts in sets.items()}
     return node_table(whole(table[:, 0], "node numbers"), table[:, 1:], sets=joined)
-
-
-def _deck_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
-    """Keyword line in capitals without blanks, and the lines below it, of nodes and sets."""
-    content = content.removeprefix(BYTE_ORDER_MARK)
-    marks = list(re.finditer(rb"^[ \t]*\*(?!\*)([^\r\n]*)", content, re.MULTILINE))
-    ends = [*(mark.start() for mark in marks[1:]), len(content)]
-    for mark, end in zip(marks, ends, strict=True):
-        keyword = re.sub(r"[ \t]+", "", mark[1].decode("latin-1")).upper()
-        if keyword.startswith(("NODE,", "NSET,")) or keyword == "NODE":
-            yield keyword, re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*", b"", content[mark.end() : end])
-
-
-def _coordinates(data: bytes) -> NDArray[np.float64]:
-    """Number and three coordinates of every node; what a line leaves out is zero."""
-    lines = [line for line in data.split(b"\n") if line.strip()]
-    counts = {line.count(b",") - line.rstrip().endswith(b",") for line in lines}
-    if counts == {3}:
-        return number_table(data, 4, "the nodes")
-    rows = [numbers(line, "the nodes") for line in lines]
-    if any(len(row) > 4 or not len(row) for row in rows):
-        raise ValueError("a line of *NODE with more than four numbers; expected number, x, y, z")
-    return np.array([np.pad(row, (0, 4 - len(row))) for row in rows]).reshape(-1, 4)
 
 
 def _members(
@@ -207,41 +186,36 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
         with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
             if path.suffix.lower() == ".asm":
                 return _assembly_nodes(path)
-            text = _bulk_of(path)
-            grids = bulk.rdgrids(io.StringIO(text))
-            if grids is None:
-                raise ValueError("no GRID entries")
-            if (grids[:, [1, 5]] != 0).any():
-                return _of_uset(bulk.bulk2uset(io.StringIO(text))[0])
-            return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
+            return _bulk_nodes(list(bulk_entries(path.read_bytes())))
     except _NamedError:
         raise
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     except Exception as error:
-        # Its errors are of every kind: a damaged file meets its code unchecked.
+        # pyyeti's errors are of every kind: a damaged file meets its code unchecked.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"{path}: no sound bulk data with GRID entries ({reason})") from error
 
 
+def _bulk_nodes(entries: list[Entry]) -> NodeTable:
+    in_frames = False
+    grids = []
+    for entry in entries:
+        if entry.name == "GRID":
+            grids.append(grid_of(entry))
+            in_frames |= any(entry.field(at) not in ("", 0) for at in (1, 5))
+        elif entry.name == "GRDSET":
+            refuse_default_systems(entry, 1, 5)
+    if not grids:
+        raise ValueError("no GRID entries; expected the file that holds the nodes")
+    if in_frames:
+        return _of_uset(grids_in_frames(entries))
+    numbers_of_grids, places = zip(*grids, strict=True)
+    return node_table(np.array(numbers_of_grids, dtype=np.int64), np.array(places))
+
+
 class _NamedError(ValueError):
     """An error that names its file and its cause."""
-
-
-def _bulk_of(path: Path) -> str:
-    """Bulk data in which every GRID names its systems."""
-    try:
-        text = bulk_data(path.read_bytes())
-        defaults = bulk.rdcards(
-            io.StringIO(text), "grdset", return_var="list", blank=0, no_data_return=[]
-        )
-        systems = [card[at] for card in defaults for at in (1, 5) if any(card[at : at + 1])]
-        if systems:
-            raise ValueError(
-                f"GRDSET gives coordinate system {systems[0]} to grids that name none; expected "
-                "the system in every GRID"
-            )
-    except ValueError as error:
-        raise _NamedError(f"{path}: {error}") from error
-    return text
 
 
 def _punch_of(path: Path) -> Path:

@@ -7,6 +7,7 @@ of ``.med`` no names).
 
 import io
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,8 @@ from numpy.typing import NDArray
 
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.shown_values import shortened
-from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, nastran_mesh
+from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks, full_rows
+from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
 from carrierflex.geometry.half_sector import quiet_geometry
 
 #: Suffixes that are read here, and what the files are.
@@ -40,6 +42,8 @@ _MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9", "C3D4H": "
 #: A kind that meshio can read and then trips over, so that it is refused by its name.
 _MORE_DIMENSIONS = {"wedge15": 3}
 _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
+#: Members that one line of a generated set may name.
+_MOST_GENERATED = 30_000_000
 _NOTHING = np.zeros(0, dtype=np.int64)
 Mesh = TypeVar("Mesh")
 _GMSH_TET10 = 11
@@ -124,17 +128,25 @@ def _read(reader: Callable[[Path], Mesh], path: Path, size: int, expected: str) 
         with limited(60 + size // 200_000, 500_000_000 + 100 * size):
             return reader(path)
     except Exception as error:
-        reason = shortened(" ".join(str(error).split())) or type(error).__name__
-        raise ValueError(f"{path}: {reason}; expected {expected}") from error
+        reason = " ".join(str(error).split()) or type(error).__name__
+        # Messages of this program say what is expected; those of libraries are of any length.
+        told = reason if "; expected " in reason else f"{shortened(reason)}; expected {expected}"
+        raise ValueError(f"{path}: {told}") from error
 
 
 def abaqus_mesh(path: Path) -> ForeignMesh:
     """Mesh of a deck; an element belongs to the smallest set that it is in."""
     _KINDS_OF_DECKS.update(_MORE_KINDS)
     meshio._mesh.topological_dimension.update(_MORE_DIMENSIONS)
-    deck = io.StringIO(_plain_deck(path.read_text(encoding="latin-1")))
+    deck = io.StringIO(_plain_deck(path.read_bytes()))
     deck.name = str(path)  # where *INCLUDE looks
-    mesh = meshio.abaqus._abaqus.read_buffer(deck)
+    try:
+        mesh = meshio.abaqus._abaqus.read_buffer(deck)
+    except KeyError as error:
+        raise ValueError(
+            f"an element or a set names number {error}, which nothing of this file has; expected "
+            "all nodes and elements in *NODE and *ELEMENT"
+        ) from error
     members: dict[str, list[NDArray[np.int64]]] = {}
     for name, of_blocks in mesh.cell_sets.items():
         joined = members.setdefault(name.partition("#")[2], [_NOTHING] * len(mesh.cells))
@@ -156,42 +168,40 @@ def abaqus_mesh(path: Path) -> ForeignMesh:
     return ForeignMesh(np.asarray(mesh.points, np.float64), blocks, node_sets)
 
 
-def _plain_deck(text: str) -> str:
+def _plain_deck(content: bytes) -> str:
     """The deck without what meshio trips over; sets of elements are called ``number#name``.
 
-    It ends a block at a comment, takes generated sets in one line of three numbers only, and takes
-    sets for those of other blocks where a name stands twice or a block of elements has none.
+    It takes nodes in one block before all elements, generated sets in one line of three numbers
+    only, and sets for those of other blocks where a name stands twice or a block of elements has
+    none.
     """
-    text = text.removeprefix(BYTE_ORDER_MARK.decode("latin-1"))
-    text = re.sub(r"(?m)^[ \t]*\*\*.*\n?", "", text)
-    before, *blocks = re.split(r"(?m)^(?=[ \t]*\*)", text)
-    plain, sets = [before], []
+    nodes: list[str] = []
+    elements: list[str] = []
+    sets: list[str] = []
     element_numbers: set[int] = set()
-    for number, block in enumerate(blocks):
-        head, _, data = block.partition("\n")
-        keyword, *options = (word.strip() for word in head.split(","))
-        settings = {
-            key.strip().upper(): value for key, _, value in (o.partition("=") for o in options)
-        }
-        name = settings.get("ELSET", "").strip()
-        if keyword.upper() == "*ELEMENT":
-            kind = settings.get("TYPE", "").strip().upper()
-            _refuse_repeated(kind, data, element_numbers)
-            block = f"*ELEMENT, TYPE={kind}, ELSET={number}#{name}\n{data}"
-        elif keyword.upper() == "*NODE":
+    for number, block in enumerate(deck_blocks(content)):
+        data = block.data.decode("latin-1").lstrip("\r\n")
+        name = block.settings.get("ELSET", "")
+        if block.name == "*NODE":
             # Exponents of Fortran's double precision.
-            block = f"{head}\n{re.sub('[Dd]', 'E', data)}"
-        elif keyword.upper() in ("*ELSET", "*NSET"):
-            if "GENERATE" in settings:
-                data = _listed_members(data, keyword)
-                block = f"{re.sub(r'(?i),[ ]*GENERATE', '', head)}\n{data}"
-            if keyword.upper() == "*ELSET":
+            nodes.append(re.sub("[Dd]", "E", full_rows(block.data).decode("latin-1")))
+        elif block.name == "*ELEMENT":
+            kind = block.settings.get("TYPE", "").upper()
+            _refuse_repeated(kind, data, element_numbers)
+            elements.append(f"*ELEMENT, TYPE={kind}, ELSET={number}#{name}\n{data}")
+        elif block.name in ("*ELSET", "*NSET"):
+            if "GENERATE" in block.settings:
+                data = _listed_members(data, block.name)
+            if block.name == "*NSET":
+                sets.append(f"*NSET, NSET={block.settings.get('NSET', '')}\n{data}")
+            elif data.strip()[:1].isdigit():
                 # A set of sets is never the smallest one.
-                if data.strip()[:1].isdigit():
-                    sets.append(f"*ELSET, ELSET={number}#{name}\n{data}")
-                continue
-        plain.append(block.lstrip())
-    return "".join([*plain, "\n", *sets])
+                sets.append(f"*ELSET, ELSET={number}#{name}\n{data}")
+    rows = "\n".join(filter(None, nodes))
+    numbers = Counter(row.partition(",")[0].strip() for row in rows.splitlines())
+    if again := [number for number, count in numbers.items() if count > 1]:
+        raise ValueError(f"node {again[0]} occurs twice; expected every node once")
+    return "\n".join([f"*NODE\n{rows}", *elements, *sets, ""]) if rows else ""
 
 
 def _refuse_repeated(kind: str, data: str, numbers: set[int]) -> None:
@@ -213,7 +223,7 @@ def _listed_members(data: str, keyword: str) -> str:
     for line in filter(str.strip, data.splitlines()):
         limits = [int(word) for word in line.split(",") if word.strip()]
         first, last, step = (*limits, 1)[:3] if len(limits) in (2, 3) else (1, 0, 0)
-        if last < first or step < 1:
+        if not 0 <= last - first < _MOST_GENERATED or step < 1:
             raise ValueError(
                 f"{keyword}, GENERATE with {line!r}; expected first, last and step, ascending"
             )

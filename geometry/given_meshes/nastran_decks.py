@@ -1,19 +1,23 @@
-"""Solids and facets of Nastran bulk data, read by pyyeti.
+"""Entries of Nastran bulk data, and the solids and facets among them.
 
-Fields of eight or sixteen characters or between commas, continuation lines of every form, grids in
-other coordinate systems. gmsh takes continuation lines that begin with blanks for further cards,
-and knows no elements in fields of sixteen.
+gmsh takes continuation lines that begin with blanks for further entries, and pyyeti drops what goes
+on in another width; grids in other coordinate systems are placed by pyyeti.
 """
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.shown_values import shown
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Kind of element by name of the card and number of nodes.
 _KINDS = {
@@ -27,7 +31,9 @@ _KINDS = {
 }  # fmt: skip
 _NAMES = {name for name, _ in _KINDS}
 _MOST_NODES = {name: max(m for other, m in _KINDS if other == name) for name in _NAMES}
-_CARDS = rf"(GRID|GRDSET|{'|'.join(sorted(_NAMES))})[*\s,]"
+#: Fields of a line behind the first one, by their width.
+_SMALL, _LARGE = 8, 4
+_WIDTH = 8
 #: Nastran numbers the edges along a hexahedron before those of its far end.
 _FROM_NASTRAN = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
 #: Begins a text that Windows wrote in UTF-8.
@@ -36,10 +42,35 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 Block = tuple[str, str, NDArray[np.int64]]
 
 
-def bulk_data(content: bytes) -> str:
-    """Lines of a deck up to ENDDATA, as pyyeti reads them: without comments and blank lines.
+@dataclass(frozen=True)
+class Entry:
+    """An entry of bulk data.
 
-    pyyeti ends a card at a comment between its lines and reads on behind ENDDATA.
+    Parameters
+    ----------
+    name : str
+        In capitals, without a star.
+    words : list of str
+        Its fields, eight of every line whatever their width; blank ones are empty.
+    """
+
+    name: str
+    words: list[str]
+
+    @property
+    def fields(self) -> list[int | float | str]:
+        """Numbers, and words that are none."""
+        return [_value(word) for word in self.words]
+
+    def field(self, at: int) -> int | float | str:
+        """One of :attr:`fields`; an empty text behind the last one."""
+        return _value(self.words[at]) if at < len(self.words) else ""
+
+
+def bulk_entries(content: bytes) -> Iterator[Entry]:
+    """Entries of a deck up to ENDDATA, whatever the format of their lines.
+
+    Fields of eight or sixteen characters or between commas, also within one entry.
 
     Parameters
     ----------
@@ -49,26 +80,114 @@ def bulk_data(content: bytes) -> str:
     Raises
     ------
     ValueError
-        Where pyyeti would drop a card or its continuation: the name does not begin in column 1, or
-        a card in fields of sixteen has commas.
+        Where an entry would be lost or joined wrongly; the message names the line.
     """
     text = content.removeprefix(BYTE_ORDER_MARK).decode("latin-1")
-    lines = io.StringIO(text, newline=None)
-    text = "".join(line for line in lines if line.strip() and not line.lstrip().startswith("$"))
+    text = re.sub(r"\$.*", "", text)
     text = re.split(r"(?im)^[ \t]*ENDDATA\b", text, maxsplit=1)[0]
-    cards = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
+    text = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
+    entry: Entry | None = None
+    half, label = False, ""
+    for raw in io.StringIO(text, newline=None):
+        if not (line := raw.rstrip()):
+            continue
+        _refuse_unread(line)
+        line = line.expandtabs(_WIDTH)
+        name, words, next_label = _cut(line)
+        wide = len(words) == _LARGE
+        if name and name[0] not in "+*":
+            if entry is not None:
+                yield entry
+            entry, half = Entry(name.rstrip("*").strip().upper(), []), False
+        elif label and name[1:] and label != name[1:]:
+            raise ValueError(
+                f"the line {shown(line)} follows one that goes on in {shown(label)}; expected the "
+                "lines of an entry one below the other"
+            )
+        elif half and not wide:
+            raise ValueError(
+                f"the line {shown(line)} has fields of 8 characters behind half an entry of 16; "
+                "expected lines of 16 in pairs: write the entry in one format"
+            )
+        if entry is not None:
+            entry.words.extend(words)
+        half, label = wide and not half, next_label
+    if entry is not None:
+        yield entry
+
+
+def _refuse_unread(line: str) -> None:
     # From column 9 on a word is a field of a continuation.
-    if indented := re.search(r"(?m)^ {1,7}[A-Za-z].*$", cards):
+    if re.match(r" {1,7}[A-Za-z]", line):
         raise ValueError(
-            f"the line {shown(indented[0])} begins with blanks; expected the names of entries from "
+            f"the line {shown(line)} begins with blanks; expected the names of entries from "
             "column 1 on: delete the blanks before them"
         )
-    if wide := re.search(r"(?im)^(?!DMIG)[A-Z]\w*\*[ \t]*,.*$", cards):
+    if any(word.strip() and len(word) % _WIDTH == 0 for word in line.split("\t")[:-1]):
         raise ValueError(
-            f"the line {shown(wide[0])} is a large entry (*) with commas; expected commas in "
-            "entries without * alone: write it in fields of 8 or of 16 characters"
+            f"the line {shown(line)} has a tab behind a full field of 8 characters, where it may "
+            "end the field or skip one; expected blanks or commas in its place"
         )
-    return text
+    if line[0] == "=":
+        raise ValueError(f"the line {shown(line)} repeats an entry; expected every one in full")
+    if re.match(r"INCLUDE\b", line, re.IGNORECASE):
+        raise ValueError(
+            f"{shown(line)}: other files are not read; expected all entries in one file: put the "
+            "lines of that file in its place, or delete the line where it has no part in the mesh"
+        )
+
+
+def _cut(line: str) -> tuple[str, list[str], str]:
+    """First field, the fields behind it (four of sixteen characters or eight), and the last one."""
+    if "," in line:
+        name, *cells = (cell.strip() for cell in line.split(","))
+        count = _LARGE if "*" in name else _SMALL
+        words, rest = cells[:count], cells[count:]
+    else:
+        name = line[:8].strip()
+        count = _LARGE if "*" in name else _SMALL
+        width = 64 // count
+        words = [line[at : at + width].strip() for at in range(8, 72, width)]
+        rest = [line[72:80].strip()]
+    if any(rest[1:]):
+        raise ValueError(
+            f"the line {shown(line)} has {len(rest) + count} fields behind the name; expected at "
+            f"most {count} and a mark of the next line: go on in a line that begins with a comma"
+        )
+    return name, [*words, *[""] * (count - len(words))], (rest or [""])[0].lstrip("+*")
+
+
+def _value(word: str) -> int | float | str:
+    """Number of a field; Nastran lets an exponent stand without its letter, or with D."""
+    if re.fullmatch(r"[-+]?\d{1,18}", word):
+        return int(word)
+    number = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([-+]?\d{1,4}))?", word)
+    if number is None or word.isdigit():
+        return word
+    return float(f"{number[1]}e{number[2] or 0}")
+
+
+def bulk_text(entries: Iterable[Entry], names: str) -> str:
+    """Entries whose names match, as pyyeti reads them."""
+    lines = []
+    for entry in entries:
+        if re.fullmatch(names, entry.name):
+            words = [entry.name, *entry.words]
+            while not words[-1]:
+                words.pop()
+            rows = [words[at : at + _SMALL] for at in range(1, len(words), _SMALL)]
+            lines += [",".join(["" if i else entry.name, *row]) for i, row in enumerate(rows)]
+    return "\n".join([*lines, ""])
+
+
+def refuse_default_systems(entry: Entry, *places: int) -> None:
+    """Refuse a GRDSET that gives grids a coordinate system."""
+    systems = [entry.field(at) for at in places if entry.field(at)]
+    if systems:
+        raise ValueError(
+            f"GRDSET gives coordinate system {systems[0]} to grids that name none; expected the "
+            "system in every GRID"
+        )
 
 
 def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], list[Block]]:
@@ -83,62 +202,65 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
         Where an element has a number of nodes that its kind has not, names a node that is not
         there, or is defined twice.
     """
-    # Half of the imports of all that may read a mesh: pandas and matplotlib come with it.
-    from pyyeti.nastran import bulk
-
-    text = bulk_data(path.read_bytes())
-    cards = bulk.rdcards(
-        io.StringIO(text), _CARDS, regex=True, return_var="list", keep_name=True, no_data_return=[]
-    )
+    entries = list(bulk_entries(path.read_bytes()))
     grids: dict[int, list[float]] = {}
     elements: dict[tuple[str, str], list[list[int]]] = {}
     element_numbers: set[int] = set()
     in_frames = False
-    for card in cards:
-        name = card[0].rstrip("*").upper()
-        fields = [0 if value == "" else value for value in card[1:]]
-        if name == "GRID":
-            number, frame, *xyz = [*fields, 0, 0, 0, 0][:5]
+    for entry in entries:
+        if entry.name == "GRID":
+            number, xyz = grid_of(entry)
             if grids.setdefault(number, xyz) != xyz:
                 raise ValueError(
                     f"GRID {number} is defined twice, at two positions; expected it once"
                 )
-            in_frames |= frame != 0
-        elif name == "GRDSET":
-            if any(fields[1:2]):
+            in_frames |= entry.field(1) not in ("", 0)
+        elif entry.name == "GRDSET":
+            refuse_default_systems(entry, 1)
+        elif entry.name in _NAMES:
+            kind, number, nodes = _element(entry)
+            if number in element_numbers:
                 raise ValueError(
-                    f"GRDSET gives coordinate system {fields[1]} to grids that name none; expected "
-                    "the system in every GRID"
+                    f"{entry.name} {number} has the number of another element; expected every one "
+                    "once"
                 )
-        else:
-            kind, nodes = _element(name, fields)
-            if fields[0] in element_numbers:
-                raise ValueError(
-                    f"{name} {fields[0]} has the number of another element; expected every one once"
-                )
-            element_numbers.add(fields[0])
-            elements.setdefault((kind, str(fields[1] or "")), []).append(nodes)
+            element_numbers.add(number)
+            elements.setdefault((kind, entry.words[1]), []).append(nodes)
     numbers = np.array(sorted(grids), dtype=np.int64)
     if in_frames:
-        points = _points_of_frames(text, numbers)
+        rows = grids_in_frames(entries).xs(1, level="dof").loc[numbers]
+        points = np.asarray(rows[["x", "y", "z"]], dtype=np.float64)
     else:
         points = np.array([grids[number] for number in numbers.tolist()], dtype=np.float64)
     return numbers, points.reshape(-1, 3), list(_blocks(elements, numbers))
 
 
-def _element(name: str, fields: list[int]) -> tuple[str, list[int]]:
-    """Kind and node numbers of an element from its number, property and nodes."""
-    nodes = fields[2 : 2 + _MOST_NODES[name]]
-    while nodes and nodes[-1] == 0:
-        nodes.pop()
-    kind = _KINDS.get((name, len(nodes)))
-    if kind is None or 0 in nodes or not all(isinstance(node, int) for node in nodes):
-        counts = " or ".join(str(m) for other, m in _KINDS if other == name)
+def grid_of(entry: Entry) -> tuple[int, list[float]]:
+    """Number of a grid and its coordinates; blank ones are zero."""
+    number, _, *xyz = [*entry.fields, 0, 0, 0, 0][:5]
+    places = [0.0 if value == "" else value for value in xyz]
+    if not isinstance(number, int) or not all(isinstance(x, (int, float)) for x in places):
         raise ValueError(
-            f"{name} {fields[0]} has {len(nodes) - nodes.count(0)} nodes; expected {counts}, all "
+            f"GRID {shown(', '.join(entry.words[:5]))}; expected a whole number, a coordinate "
+            "system and three numbers"
+        )
+    return number, [float(x) for x in places]
+
+
+def _element(entry: Entry) -> tuple[str, int, list[int]]:
+    """Kind, number and nodes of an element."""
+    number, _, *nodes = entry.fields[: 2 + _MOST_NODES[entry.name]]
+    while nodes and nodes[-1] in ("", 0):
+        nodes.pop()
+    kind = _KINDS.get((entry.name, len(nodes)))
+    whole = [node for node in nodes if isinstance(node, int) and node != 0]
+    if kind is None or not isinstance(number, int) or len(whole) < len(nodes):
+        counts = " or ".join(str(m) for other, m in _KINDS if other == entry.name)
+        raise ValueError(
+            f"{entry.name} {entry.words[0]} has {len(whole)} nodes; expected {counts}, all "
             "mid-side nodes or none"
         )
-    return kind, nodes
+    return kind, number, whole
 
 
 def _blocks(
@@ -152,21 +274,26 @@ def _blocks(
         if absent.any():
             raise ValueError(
                 f"an element of property {group or 'none'} names node {nodes[absent][0]}, which no "
-                "GRID of this file has; expected all of them in one file (INCLUDE is not followed)"
+                "GRID of this file has; expected all of them in one file"
             )
         yield kind, group, rows[:, _FROM_NASTRAN[kind]] if kind in _FROM_NASTRAN else rows
 
 
-def _points_of_frames(text: str, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Coordinates in the basic system of grids that are given in others."""
+def grids_in_frames(entries: Iterable[Entry]) -> "pd.DataFrame":
+    """Table of the grids by pyyeti, six rows each; coordinates in the basic system.
+
+    Raises
+    ------
+    ValueError
+        Where a grid names a system that the deck has not, or one by grids (CORD1R).
+    """
+    # Half of the imports of all that may read a mesh: pandas and matplotlib come with it.
     from pyyeti.nastran import bulk
 
     try:
-        uset = bulk.bulk2uset(io.StringIO(text))[0]
+        return bulk.bulk2uset(io.StringIO(bulk_text(entries, r"GRID|CORD2[RCS]")))[0]
     except (KeyError, ValueError) as error:
         raise ValueError(
             f"a GRID names a coordinate system that is not there ({error}); expected its CORD2R, "
             "CORD2C or CORD2S in this file"
         ) from error
-    rows = uset.xs(1, level="dof").loc[numbers]
-    return np.asarray(rows[["x", "y", "z"]], dtype=np.float64)

@@ -6,12 +6,12 @@ that they are refused; links are what pilots of an interfaces file stand for, an
 
 import re
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shown
-from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
+from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_entries
 
 #: Nastran's entries by what they add to a body; shells only where the deck gives them a property.
 _NASTRAN_SHELLS = r"C(TRIA|QUAD)\w*"
@@ -57,7 +57,7 @@ def left_out(path: Path) -> tuple[str, ...]:
             counts, has_sections = _abaqus_entries(content)
             shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
         else:
-            counts = _nastran_entries(bulk_data(content))
+            counts = Counter(entry.name for entry in bulk_entries(content))
             has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
             shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
     except ValueError as error:
@@ -80,8 +80,6 @@ def left_out(path: Path) -> tuple[str, ...]:
         lines.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
     if linked := _of(counts, links):
         lines.append(f"left out: {_listed(linked)}; {LINKS_REPLACED}")
-    if counts["INCLUDE"]:
-        lines.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
     return tuple(lines)
 
 
@@ -91,13 +89,6 @@ def _of(counts: Counter[str], pattern: str) -> dict[str, int]:
 
 def _listed(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.items())
-
-
-def _nastran_entries(text: str) -> Counter[str]:
-    """Names of the entries of a deck and how often they stand there."""
-    bulk = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
-    names = re.findall(r"(?m)^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk)
-    return Counter(name.upper() for name in names)
 
 
 def refuse_made_nodes(content: bytes) -> None:
@@ -116,11 +107,11 @@ def refuse_made_nodes(content: bytes) -> None:
         With the line, and what to write in its place.
     """
     counts: Counter[str] = Counter()
-    for line, data in _abaqus_blocks(content):
-        name = _keyword(line)
+    for block in deck_blocks(content):
+        name, line = block.name, block.line
         counts[name] += 1
-        moves = re.search(rb"[1-9]", data) is not None
-        elsewhere = name == "*NODE" and re.search(r",\s*(SYSTEM|INPUT)\b", line.upper())
+        moves = re.search(rb"[1-9]", block.data) is not None
+        elsewhere = name == "*NODE" and {"SYSTEM", "INPUT"} & set(block.settings)
         if elsewhere or re.fullmatch(_ABAQUS_MADE_NODES, name) or (name == "*SYSTEM" and moves):
             raise ValueError(
                 f"{shown(line)}; expected every node in *NODE of this file, in rectangular "
@@ -134,34 +125,19 @@ def refuse_made_nodes(content: bytes) -> None:
             )
 
 
-def _abaqus_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
-    """Line of every keyword, and the lines below it."""
-    text = content.removeprefix(BYTE_ORDER_MARK)
-    text = re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*\r?\n?", b"", text)
-    marks = list(re.finditer(rb"(?m)^[ \t]*(\*[^\r\n]*)", text))
-    ends = [*(mark.start() for mark in marks[1:]), len(text)]
-    # A file without a keyword has an end and no mark.
-    for mark, end in zip(marks, ends, strict=False):
-        yield mark[1].decode("latin-1"), text[mark.end() : end]
-
-
-def _keyword(line: str) -> str:
-    return f"*{' '.join(line.partition(',')[0][1:].upper().split())}"
-
-
 def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
     """Types of elements and keywords with their counts; whether shells have a section."""
     counts: Counter[str] = Counter()
     has_sections = False
-    for line, data in _abaqus_blocks(content):
-        name = _keyword(line)
+    for block in deck_blocks(content):
+        name = block.name
         has_sections |= re.fullmatch(_ABAQUS_SECTIONS, name) is not None
-        kind = re.search(r"\bTYPE\s*=\s*(\w+)", line.upper())
-        if name == "*ELEMENT" and kind is not None:
+        if name == "*ELEMENT":
             # A line that ends with a comma goes on in the next one.
-            lines = re.sub(rb",\s*\n", b",", data).split(b"\n")
-            counts[kind[1]] += sum(bool(row.strip()) for row in lines)
-        if re.search(r",\s*INPUT\s*=", line.upper()) and name != "*INCLUDE":
+            lines = re.sub(rb",\s*\n", b",", block.data).split(b"\n")
+            kind = block.settings.get("TYPE", "").upper()
+            counts[kind] += sum(bool(row.strip()) for row in lines)
+        if "INPUT" in block.settings and name != "*INCLUDE":
             name += ", INPUT"
         counts[name] += 1
     return counts, has_sections

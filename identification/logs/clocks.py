@@ -60,7 +60,10 @@ def seconds_of_dates(texts: Sequence[str], format_: str, file: str) -> FloatArra
     given = date_format(texts, file) if not format_ else format_
     values = _parsed(texts, given)
     if values is None:
-        raise ValueError(f"{file}: date '{texts[0]}' is not of the format '{given}'")
+        odd = next((text for text in texts if _parsed([text], given) is None), texts[0])
+        raise ValueError(
+            f"{file}: date '{odd}' is not of the format '{given}'; expected all dates of one format"
+        )
     return values
 
 
@@ -88,6 +91,8 @@ def _parsed(texts: Sequence[str], format_: str) -> FloatArray | None:
     if "%S" in format_:
         pattern = r"(:\d{2})[.,](\d+)"
         series = pd.Series(texts, dtype="str")
+        # A workbook writes the stamp at midnight without its time.
+        series = series.where(series.str.contains(":"), series + " 00:00:00")
         digits = series.str.extract(pattern)[1]
         fraction = "0." + digits.fillna("0")
         texts = series.str.replace(pattern, r"\1", regex=True).str.removesuffix("Z").tolist()

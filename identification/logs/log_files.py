@@ -60,11 +60,14 @@ def _parquet_log(path: Path) -> tuple[LogTable, ...]:
         raise ValueError(f"{path}: not a Parquet file: {str(error).splitlines()[0]}") from error
     columns: dict[str, NDArray[np.float64]] = {}
     texts: dict[str, list[str]] = {}
+    clocks: dict[str, str] = {}
     for name in table.column_names:
         kind = table[name].type
-        if pa.types.is_timestamp(kind):
-            seconds = table[name].cast(pa.timestamp("us")).cast(pa.int64()).to_numpy() * 1e-6
+        if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
+            micro = pa.timestamp("us") if pa.types.is_timestamp(kind) else pa.duration("us")
+            seconds = table[name].cast(micro, safe=False).cast(pa.int64()).to_numpy() * 1e-6
             columns[name] = np.array(seconds, dtype=np.float64)
+            clocks[name] = "s"
         elif pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind):
             values = table[name].cast(pa.float64(), safe=False)
             columns[name] = np.array(values.to_numpy(zero_copy_only=False), dtype=np.float64)
@@ -75,7 +78,7 @@ def _parquet_log(path: Path) -> tuple[LogTable, ...]:
         for field in table.schema
     }
     stated = {name: unit for name, unit in units.items() if unit}
-    return (LogTable(path.name, columns, stated, texts),)
+    return (LogTable(path.name, columns, clocks | stated, texts),)
 
 
 def _hdf5_log(path: Path) -> tuple[LogTable, ...]:

@@ -176,13 +176,17 @@ def _stem(name: str) -> str:
 
 def _time(tables: Sequence[LogTable]) -> Guess:
     for table in tables:
-        if table.texts:
-            return Guess(next(iter(table.texts)), "date", "holds dates")
+        # Of a date and a time of day in two columns the latter goes on from row to row.
+        for name, cells in table.texts.items():
+            if any(":" in (cell or "") for cell in cells[:1]):
+                return Guess(name, "date", "holds dates")
     for table in tables:
         for name, values in table.columns.items():
-            if re.search(_WORDS["time"], name.lower()) and bool(np.all(np.diff(values) > 0.0)):
-                unit = table.units.get(name) or unit_behind(name)
-                if dimension_of(unit) == dimension_of("s"):
+            unit = table.units.get(name) or unit_behind(name)
+            in_seconds = dimension_of(unit) == dimension_of("s")
+            called = re.search(_WORDS["time"], name.lower())
+            if (called or in_seconds) and bool(np.all(np.diff(values) > 0.0)):
+                if in_seconds:
                     return Guess(name, unit, "grows, and its unit is stated")
                 return Guess(name, *_time_unit(values))
     if all(table.step is not None for table in tables):

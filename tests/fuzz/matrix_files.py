@@ -71,7 +71,7 @@ def matrix_contents(folder):
         "*MATRIX,TYPE=STIFFNESS\n1.,\n0.,1.,\n0.,0.,1.\n",
         "nodes.inp": "*NODE, NSET=ALL\n1,0,0,0\n2,1.,0.,0.\n*NSET,NSET=A,GENERATE\n1,2,1\n"
         "*NSET,NSET=B\nA\n*ELEMENT,TYPE=T3D2\n1,1,2\n",
-        "nodes.bdf": "GRID,1,,0.,0.,0.\nGRID           2               1.      0.      0.\n",
+        "nodes.bdf": "GRID,1,,0.,0.,0.\nGRID           2              1.      0.      0.\n",
         "k.dof": "1.1\n1.2\n2.1\n2.2\n",
         "k.mapping": " Matrix Eqn   Node   DOF\n 1 1 UX\n 2 1 UY\n",
         "interfaces.toml": _INTERFACES,

@@ -35,7 +35,7 @@ from carrierflex.diagnosis.report.rim_motion_files import (
     write_rim_motion,
 )
 from carrierflex.fe.curve_files import read_curves, write_curves
-from carrierflex.fe.matrices import nastran_links, node_files, op4_input_files
+from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.files import child_process, hdf5_trial
 from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
@@ -418,7 +418,7 @@ def careful(monkeypatch):
     read_in_forks(
         monkeypatch,
         *(mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial),
-        *(nastran_links, superelement_files, cad_mesh, child_process),
+        *(superelement_files, cad_mesh, child_process),
     )
     monkeypatch.setattr(log_files, "_SECONDS", 2)
     monkeypatch.setattr(hdf5_trial, "_SECONDS", 2)

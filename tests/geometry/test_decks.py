@@ -41,6 +41,17 @@ def in_forks(monkeypatch):
 
 def card(name, fields, form):
     """One entry in fields of 8 or 16 characters, or between commas."""
+    if form == "tabs":
+        return card(name, fields, "free").replace("0000", "").replace(",", "\t")
+    if form == "mixed":
+        first = card(name, fields[:8], "blank")
+        return first + card("*", fields[8:], "long").replace("**", "*") if fields[8:] else first
+    if form == "long free":
+        words = [str(field) for field in fields]
+        rows = [",".join(words[i : i + 4]) for i in range(0, len(words), 4)]
+        return f"{name}*," + "\n*,".join(rows) + "\n"
+    if form == "remarks":
+        return card(name, fields, "plus").replace("\n", " $ a, 1\n")
     width, n = (16, 4) if form == "long" else (8, 8)
     words = [f"{field:.6f}" if isinstance(field, float) else str(field) for field in fields]
     lines = [words[i : i + n] for i in range(0, len(words), n)]
@@ -79,7 +90,11 @@ def body_of(path, group):
 
 @pytest.mark.parametrize(
     ("form", "comment"),
-    [("plus", ""), ("blank", ""), ("long", ""), ("free", ""), ("blank", "$ comment\n\n")],
+    [
+        *((form, "") for form in ("plus", "blank", "long", "free")),
+        *((form, "") for form in ("tabs", "mixed", "long free", "remarks")),
+        ("blank", "$ comment\n\n"),
+    ],
 )
 def test_a_hexahedron_of_20_nodes_is_one_however_its_lines_go_on(form, comment, tmp_path):
     path = tmp_path / "block.bdf"
@@ -148,7 +163,11 @@ def test_nothing_behind_enddata_is_read_and_a_byte_order_mark_hides_no_card(tmp_
     [
         ("  CONM2,200,5,,50.0\n", "line ' CONM2,200,5,,50.0' begins with blanks; .*column 1"),
         (" CHEXA  ,8,1\n", "line ' CHEXA ,8,1' begins with blanks"),
-        ("GRID*,21,,0.0,0.0\n*,2.0\n", "'GRID\\*,21,,0.0,0.0' is a large entry .* with commas"),
+        ("GRID*  " + "21".rjust(17) + "\n+       1.\n", "line '[+] 1.' has fields of 8 .* of 16"),
+        ("GRID\t21\t\t0.100000\t0.\t0.\n", "'GRID.*' has a tab behind a full field"),
+        ("=,*1,=,*0.1\n", "line '=,.1,=,.0.1' repeats an entry"),
+        ("RBE2,9,1,123456,2,3,4,5,6,7,8\n", "line 'RBE2,.*' has 10 fields behind .* at most 8"),
+        ("RBE2,9,1,123456,2,3,4,5,6,+A\n+B,7\n", "line '[+]B,7' follows .* goes on in 'A'"),
     ],
 )
 def test_cards_that_would_be_dropped_are_refused_with_their_line(more, refused, tmp_path):
@@ -158,6 +177,14 @@ def test_cards_that_would_be_dropped_are_refused_with_their_line(more, refused, 
         read_solid_mesh(path)
     with pytest.raises(ValueError, match=rf"block\.bdf: the .*{refused}"):
         read_nodes(path)
+
+
+def test_entries_of_an_included_file_are_not_passed_over(tmp_path):
+    path = tmp_path / "block.bdf"
+    path.write_text(deck("free", more="include 'masses.bdf'\n"))
+    for read in (read_solid_mesh, read_mesh, read_nodes):
+        with pytest.raises(ValueError, match=r"masses\.bdf'.*: other files are not read; expected"):
+            read(path)
 
 
 SHELL = card("PSHELL", [2, 1, 0.01], "plus") + card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")
@@ -275,6 +302,70 @@ def test_one_instance_that_does_not_move_its_part_is_read(tmp_path):
     assert_allclose(mesh.points, 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
     path.write_text(text, encoding="utf-8")
     assert_allclose(read_nodes(path).points, mesh.points)
+
+
+ASSEMBLY = """*ASSEMBLY, NAME=A
+*INSTANCE, NAME=P-1, PART=P
+*END INSTANCE
+*NODE
+1, 9., 9., 9.
+*NSET, NSET=POINT
+1
+*NSET, NSET=FACE, INSTANCE=P-1
+1, 2, 3, 4
+*END ASSEMBLY
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("TYPE=C3D20\n", "TYPE=C3D20,\nELSET=ALL\n"),
+        ("*NODE\n", "* Node , NSET=EACH\n"),
+        ("0.000, 0.000, 0.000\n", "\n"),
+        ("0.100, 0.000, 0.000\n", "0.100\n"),
+        ("0.000, 0.100, 0.000\n", ", 0.100,\n"),
+        ("\n4, ", "\n*NODE\n4, "),
+        ("*ELSET, ELSET=ALL\n1\n", f"*ELSET, ELSET=ALL\n1\n{ASSEMBLY}"),
+    ],
+)
+def test_nodes_of_a_deck_are_the_same_however_they_are_written(old, new, tmp_path):
+    path = tmp_path / "block.inp"
+    text = abaqus()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    mesh = read_solid_mesh(path, numbers_in_turn)
+    ((_, group, nodes),) = mesh.blocks
+    assert group == "ALL"
+    assert_allclose(mesh.points[nodes[0]], 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    table = read_nodes(path)
+    assert_allclose(table.points, 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    assert "POINT" not in table.sets
+
+
+def test_elements_may_stand_before_the_nodes(tmp_path):
+    path = tmp_path / "block.inp"
+    nodes, elements = abaqus().split("*ELEMENT")
+    path.write_text(f"*ELEMENT{elements}{nodes}")
+    assert_allclose(
+        read_solid_mesh(path, numbers_in_turn).points, 0.1 * REFERENCE_NODES["hexahedron20"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        ("*NODE\n5, 0., 0., 0.7\n", "node 5 occurs twice; expected every node once"),
+        ("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 99\n", "names number 99, which nothing of this file"),
+        ("*NODE\n21, 0., 0., 0., 0., 1.\n", "line '21, .*' of .NODE has more than four"),
+        ("*NSET, NSET=X, GENERATE\n1, 999999999999\n", "GENERATE with '1, 999.*; expected first"),
+    ],
+)
+def test_nodes_twice_and_numbers_of_nothing_are_refused(more, refused, tmp_path):
+    path = tmp_path / "odd.inp"
+    path.write_text(abaqus(more))
+    with pytest.raises(ValueError, match=rf"odd\.inp: .*{refused}"):
+        read_solid_mesh(path, numbers_in_turn)
 
 
 def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):

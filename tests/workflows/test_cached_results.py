@@ -20,7 +20,7 @@ from carrierflex.workflows.cached_results import (
     cache_key,
     cached_files,
 )
-from carrierflex.workflows.reduction import reduce_body
+from carrierflex.workflows.reduction import certified_body, reduce_body
 
 
 @pytest.fixture
@@ -83,7 +83,7 @@ def test_every_option_that_changes_a_body_is_in_its_key(tmp_path, monkeypatch):
         recorded.update(inputs)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(reduce_body, "cached_files", remember)
+    monkeypatch.setattr(certified_body, "cached_files", remember)
     with pytest.raises(KeyboardInterrupt):
         reduce_body.main(body="pin", out=tmp_path / "pin.h5")
     not_in_the_body = {"out", "preview", "cache", "quiet"}

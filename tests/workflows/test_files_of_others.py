@@ -70,6 +70,14 @@ def test_a_table_and_curves_that_others_wrote_stay(tmp_path):
     assert "largest" in (tmp_path / "ours.csv").read_text()
 
 
+def test_a_folder_in_the_place_of_a_file_is_refused_before_the_work(command, tmp_path):
+    (tmp_path / "pin.h5").mkdir()
+    ended = command("reduce", "--body", "pin", "--size", "0.06", "--out", "pin.h5")
+    assert ended.returncode == 2
+    assert "pin.h5: is a folder; expected the name of a file to write" in ended.stderr
+    assert ended.stderr.count("\n") == 1
+
+
 @pytest.mark.long
 def test_a_folder_of_this_program_is_written_again(command):
     for _ in range(2):

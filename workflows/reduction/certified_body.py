@@ -1,5 +1,6 @@
 """Reduction, certificate and body file of a structural model, by what the options ask for."""
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -10,19 +11,40 @@ from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.tet_mesh import TetMesh
-from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.mode_count import chosen_modes, response_of_body, wanted_frequency
+from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.reduction.shapes.body_stresses import body_stresses
+from carrierflex.workflows.cached_results import cached_files
 from carrierflex.workflows.progress import Stages
 
 #: Time of finite elements, reduction, certificate and file of the default carrier, measured.
 REDUCTION_WEIGHTS = (0.1, 1.0, 1.2, 0.01)
+
+
+def cached_body(
+    out: Path,
+    compute: Callable[[], object],
+    *,
+    use: bool,
+    quiet: bool,
+    inputs: Mapping[str, object],
+) -> ReducedModel:
+    """Body from the cache, with the notes that were told when it was computed, or computed now.
+
+    Parameters are those of :func:`carrierflex.workflows.cached_results.cached_files`.
+    """
+    taken = cached_files({"body.h5": out}, compute, use=use, quiet=quiet, inputs=inputs)
+    model = read_body(out)
+    for text in json.loads(model.provenance.get("warnings", "[]")) if taken else ():
+        Stages(1, quiet).tell(f"{model.name}: {text}")
+    return model
 
 
 def write_certified_body(

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from carrierflex.files.versions import provenance
 from carrierflex.files.whole_files import refuse_foreign
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.workflows.cached_results import cached_files
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
@@ -228,8 +227,8 @@ def _kept_or_computed(
     quiet: bool,
 ) -> ReducedModel:
     """Body from the cache where the same one was reduced before, computed otherwise."""
-    from carrierflex.reduction.body_files import read_body
     from carrierflex.workflows.fe.cost_preview import tell
+    from carrierflex.workflows.reduction.certified_body import cached_body
 
     def compute() -> None:
         tell(lambda: _cost(stage, size, files, options), quiet=quiet)
@@ -245,8 +244,7 @@ def _kept_or_computed(
         "files": files.digests(),
         **options,
     }
-    cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
-    return read_body(out)
+    return cached_body(out, compute, use=cache, quiet=quiet, inputs=inputs)
 
 
 def _cost(

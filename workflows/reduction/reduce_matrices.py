@@ -15,16 +15,15 @@ from carrierflex.fe.matrices.matrix_files import SUFFIXES as MATRIX_SUFFIXES
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.given_meshes.solid_files import SUFFIXES
-from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.certificate import FREE_MESH
 from carrierflex.reduction.craig_bampton import freedom_record
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.workflows.cached_results import cached_files
 from carrierflex.workflows.geometry.carrier_files import file_record, refuse_changed
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.reduction.certified_body import (
     REDUCTION_WEIGHTS,
+    cached_body,
     write_certified_body,
 )
 
@@ -184,8 +183,7 @@ def main(
     chosen = {name: options[name] for name in (*_CHOICES, *_NUMBERS)}
     inputs = {"kind": "reduced matrices", "files": files.digests(), **chosen}
     compute = partial(_reduce, files, options, out, quiet=quiet)
-    cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
-    return read_body(out)
+    return cached_body(out, compute, use=cache, quiet=quiet, inputs=inputs)
 
 
 def _reduce(files: MatrixFiles, options: Mapping[str, Any], out: Path, *, quiet: bool) -> None:

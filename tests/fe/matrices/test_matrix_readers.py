@@ -375,6 +375,33 @@ def test_of_several_abaqus_matrices_the_name_says_which_one(tmp_path):
         read_matrix(path, "stiffness")
 
 
+@pytest.mark.parametrize(
+    ("option", "advice"),
+    [("SCALE FACTOR=2.0", "SCALEFACTOR=2.0 is .*: multiply"), ("INPUT=a.mtx", "give that file")],
+)
+def test_options_that_make_another_matrix_are_refused(option, advice, tmp_path):
+    path = tmp_path / "k.mtx"
+    entries = "" if option.startswith("INPUT") else "1,1, 1,1, 2.0\n"
+    path.write_text(f"*MATRIX INPUT, NAME=K, {option}\n{entries}")
+    with pytest.raises(ValueError, match=rf"k\.mtx: \*MATRIX INPUT, NAME=K, .*{advice}"):
+        read_matrix(path, "stiffness")
+    path.write_text("*MATRIX INPUT, NAME=K, SCALE FACTOR=1.0\n1,1, 1,1, 2.0\n")
+    assert read_matrix(path, "stiffness").A.toarray() == 2.0
+
+
+def test_a_dense_array_is_told_how_it_becomes_a_sparse_matrix(tmp_path):
+    np.savez(tmp_path / "k.npz", K=np.eye(3))
+    with pytest.raises(ValueError, match=r"k\.npz: holds 'K', a dense array .*save_npz\(file"):
+        read_matrix(tmp_path / "k.npz", "stiffness")
+
+
+def test_entries_behind_enddata_are_no_part_of_a_matrix(tmp_path):
+    path = tmp_path / "k.pch"
+    text = "DMIG,K,0,6,2\nDMIG,K,1,1,,1,1,2.0 $ kept\n"
+    path.write_text(f"{text}ENDDATA\n{text}")
+    assert read_matrix(path, "stiffness").A.toarray() == 2.0
+
+
 ASSEMBLY = """SEBULK,101,EXTOP4,,MANUAL,,,101
 SECONCT,101,0,,NO
 ,3,3,19,19,110,110

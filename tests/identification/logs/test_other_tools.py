@@ -1,11 +1,13 @@
 """Files that other programs or libraries wrote, and two written by hand after their description."""
 
+import datetime
 import re
 import struct
 import warnings
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.io import savemat
@@ -154,6 +156,50 @@ def test_files_of_other_libraries_become_a_campaign_with_their_units(name, tmp_p
     (measured,) = run.signals.values()
     assert_allclose(run.inputs["force"], FORCE, rtol=1e-10)
     assert_allclose(measured, 1e-3 * TRAVEL, rtol=1e-10)
+
+
+def write_two_columns(folder, stamps):
+    rows = zip(stamps, FORCE.tolist(), TRAVEL.tolist(), strict=True)
+    lines = [f"{t:%Y-%m-%d},{t:%H:%M:%S.%f},{force!r},{x!r}" for t, force, x in rows]
+    (folder / "a.csv").write_text("\n".join(["Date,Clock,Force [N],Displacement [mm]", *lines, ""]))
+    return folder / "a.csv"
+
+
+def write_dated_workbook(folder, stamps):
+    pytest.importorskip("python_calamine")
+    book = pytest.importorskip("openpyxl").Workbook()
+    book.active.append(["Stamp", "Force [N]", "Displacement [mm]"])
+    for row in zip(stamps, FORCE.tolist(), TRAVEL.tolist(), strict=True):
+        book.active.append(row)
+    book.save(folder / "a.xlsx")
+    return folder / "a.xlsx"
+
+
+def write_dated_table(folder, stamps, index=None):
+    index = pd.DatetimeIndex(stamps) if index is None else index
+    columns = {"Force [N]": FORCE, "Displacement [mm]": TRAVEL}
+    pd.DataFrame(columns, index=index).to_parquet(folder / "a.parquet")
+    return folder / "a.parquet"
+
+
+def write_durations(folder, stamps):
+    return write_dated_table(folder, stamps, pd.to_timedelta(TIME, "s"))
+
+
+@pytest.mark.parametrize(
+    "write", [write_two_columns, write_dated_workbook, write_dated_table, write_durations]
+)
+def test_a_record_over_midnight_keeps_its_clock_however_it_is_dated(write, tmp_path):
+    # The workbook writes the stamp of midnight itself without a time of day.
+    begin = datetime.datetime(2024, 2, 29) - datetime.timedelta(seconds=float(TIME[-10]))
+    stamps = [begin + datetime.timedelta(microseconds=round(1e6 * t)) for t in TIME.tolist()]
+    path = write(tmp_path, stamps)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    run = imported.campaign.runs[0]
+    assert_allclose(run.time - run.time[0], TIME, atol=1e-6)
+    assert_allclose(run.inputs["force"], FORCE, rtol=1e-10)
 
 
 def test_a_prediction_of_openfast_is_the_baseline_of_a_measurement(tmp_path):

@@ -183,6 +183,11 @@ def test_unlikely_units_are_told_and_kept_with_the_body(files, tmp_path, capsys)
     model = reduce_body.main(out=tmp_path / "a.h5", modes=2, **given)
     assert "check the table [units]" in capsys.readouterr().err
     assert "check the table [units]" in model.provenance["warnings"]
+    reduce_body.main(out=tmp_path / "b.h5", modes=2, **given)
+    told = capsys.readouterr().err
+    assert "taken from the cache" in told
+    assert "note: pin: " in told
+    assert "check the table [units]" in told
 
 
 @pytest.mark.acceptance
