@@ -140,13 +140,20 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
 
 
 def _free_coefficients(products: FloatArray, penalty: FloatArray) -> FloatArray:
-    """Coefficients of fits that all may be negative, shape (..., n); a penalty is never singular.
+    """Coefficients of fits that all may be negative, shape (..., n).
 
     Products (..., 1 + n, 1 + n) and penalties (..., n, n).
     """
-    return np.asarray(
-        np.linalg.solve(products[..., 1:, 1:] + penalty, products[..., 1:, :1])[..., 0]
-    )
+    A = products[..., 1:, 1:] + penalty
+    b = np.broadcast_to(products[..., 1:, 0], A.shape[:-1])
+    try:
+        return np.asarray(np.linalg.solve(A, b[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        # Columns that are zero in the records of a fit take the coefficient zero.
+        c = np.empty(A.shape[:-1])
+        for at in np.ndindex(A.shape[:-2]):
+            c[at] = _solved(_factor(A[at]), b[at])
+        return c
 
 
 def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
     ClassScores,
     _class_model,
+    _free_coefficients,
     coefficients,
     products_of,
     squares_left,
@@ -358,3 +359,8 @@ def test_what_is_held_out_is_left_by_a_fit_of_baseline_and_laws_to_the_other_fol
             for block in np.flatnonzero(table.folds == fold):
                 expected[block] = weights @ table.gram[block][np.ix_(every, every)] @ weights
         assert_allclose(result.squares, expected, rtol=1e-6)
+
+
+def test_a_law_without_a_column_in_the_records_takes_no_coefficient():
+    products = np.array([[[1.0, 0.0], [0.0, 0.0]], [[1.0, 0.5], [0.5, 1.0]]])
+    np.testing.assert_array_equal(_free_coefficients(products, np.zeros((2, 1, 1))), [[0.0], [0.5]])
