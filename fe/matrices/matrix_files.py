@@ -538,6 +538,10 @@ def _element_dofs(content: bytes, blocks: list[_Block]) -> DofNames:
     directions: dict[int, list[int]] = {}
     for number, line in enumerate(lines):
         entries = whole(numbers(line, "the directions"), "directions").tolist()
+        if not entries:
+            raise ValueError(
+                "a line below *USER ELEMENT has no number; expected a position and its directions"
+            )
         position, listed = (1, entries) if number == 0 else (entries[0], entries[1:])
         directions[position] = listed
     if not directions or max(directions) > len(nodes) or min(directions) < 1:

@@ -5,6 +5,7 @@ Entries: MSC Nastran 2021 Quick Reference Guide.
 """
 
 import re
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,12 @@ def linked_pilots(
     nodes = nodes or read_nodes(path)
     try:
         links = (entry for entry in bulk_entries(content) if entry.name in ("RBE2", "RBE3"))
-        return [_pilot([entry.name, *entry.fields], nodes) for entry in links]
+        pilots = [_pilot([entry.name, *entry.fields], nodes) for entry in links]
+        counts = Counter(pilot.name for pilot in pilots)
+        if counts and max(counts.values()) > 1:
+            link = max(counts, key=counts.__getitem__).upper().replace("_", " ")
+            raise ValueError(f"{link} is given twice; expected different element numbers")
+        return pilots
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

@@ -69,7 +69,7 @@ COMMANDS = {
         "--out", "watched",
     ],
     "calibrate": ["calibrate", "campaign", "--size", "0.09", "--out", "calibration"],
-    "loads": ["loads", "campaign", "--body", "carrier.h5", "--draws", "50", "--out", "loads"],
+    "loads": ["loads", "campaign", "--body", "carrier.h5", "--draws", "600", "--out", "loads"],
     "blind-check": [
         "blind-check", "--kind", "element", "--cases", "2", "--out", "checked",
     ],

@@ -20,6 +20,7 @@ from pyyeti.nastran import bulk, op4
 from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
 from carrierflex.fe.matrices.matrix_files import read_matrix
+from carrierflex.fe.matrices.nastran_links import linked_pilots
 from carrierflex.fe.matrices.node_files import read_dofs, read_nodes
 from carrierflex.fe.matrices.stored_matrix import precision_note
 from tests.fe.matrices.written_formats import (
@@ -257,6 +258,7 @@ BAD = [
     ("a.full", b"x", "ansys-mapdl-reader"),
     ("a.xyz", b"x", "expected one of"),
     ("a.mtx", b"*USER ELEMENT, NODES=1\n1\n*MATRIX, TYPE=STIFFNESS\n1.\n", "ELEMENT NODES"),
+    ("a.mtx", b"*USER ELEMENT, NODES=1\n** ELEMENT NODES\n** 5\n1,2\n,\n", "has no number"),
 ]
 
 
@@ -486,3 +488,11 @@ def test_single_precision_is_named_and_round_numbers_are_not():
     K.data = K.data.astype(np.float32).astype(np.float64)
     assert "single precision" in precision_note(K)
     assert precision_note(sp.csr_array(4.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))) == ""
+
+
+def test_a_link_of_a_deck_that_is_given_twice_is_refused(tmp_path):
+    grids = "GRID,1,,0.,0.,0.\nGRID,2,,0.,1.,0.\nGRID,3,,0.,0.,1.\nGRID,9,,0.,.3,.3\n"
+    deck = tmp_path / "links.bdf"
+    deck.write_text(grids + 2 * "RBE3,7,,9,123456,1.0,123,1,2\n+,3\n")
+    with pytest.raises(ValueError, match=r"links\.bdf: RBE3 7 is given twice"):
+        linked_pilots(deck)
