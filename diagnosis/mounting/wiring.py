@@ -1,4 +1,6 @@
-"""Errors of the wiring of a mounting as rivals: signs and gains of loads, sensors exchanged.
+"""Errors of the wiring of a mounting, and of a length of its rig, as rivals.
+
+Signs and gains of loads, sensors exchanged, the main bearing elsewhere.
 
 The baseline is linear in its loads: its answers to each load alone, with the nominal bushings, tell
 which sign and which order of the sensors fits; only those are refitted.

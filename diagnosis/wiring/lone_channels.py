@@ -390,13 +390,16 @@ def late_load(
     times = mean_step(campaign.runs[0].time) * 2.0 ** _SHARED_FILTERS[::2]
     lags = np.concatenate([np.outer(times, split) for split in _LATE_AND_FILTERED])
     for name in LOADS:
-        answers = [_answer_to(record, runs[record.run], name) for record in linear]
+        answers = [
+            CubicSpline(record.time, _answer_to(record, runs[record.run], name))
+            for record in linear
+        ]
         # What any lag makes of the answer lies nearly among the answers some times ago.
         any_lag = _sums(map(partial(_with_answers, times), linear, answers))
         if any_lag is None or any_lag.mean_square > gap.remaining(_SCREENED):
             continue
 
-        def residual(lag: FloatArray, answers: Sequence[FloatArray] = answers) -> float:
+        def residual(lag: FloatArray, answers: Sequence[CubicSpline] = answers) -> float:
             """Mean square beside the fitted baseline once the answer to the load is earlier."""
             sums = _sums(map(partial(_with_earlier, lag), linear, answers))
             return np.inf if sums is None else sums.mean_square
@@ -414,9 +417,10 @@ def late_load(
             },
         )
         late, tau = lag = best.x
+        loads = [_earlier(lag, CubicSpline(run.time, run.inputs[name])) for run in campaign.runs]
         changed = tuple(
-            replace(run, inputs={**run.inputs, name: _earlier(lag, run.time, run.inputs[name])})
-            for run in campaign.runs
+            replace(run, inputs={**run.inputs, name: load})
+            for run, load in zip(campaign.runs, loads, strict=True)
         )
         square = refitted(replace(campaign, runs=changed))
         if square <= gap.enough:
@@ -480,22 +484,22 @@ def _answer_to(record: LinearRecord, run: Run, name: str) -> FloatArray:
     return answers.get(name, np.zeros_like(record.predicted))
 
 
-def _earlier(lag: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
-    """Values before they were late by ``lag[0]`` and filtered by ``lag[1]``."""
-    spline = CubicSpline(time, values)
-    at = np.minimum(time + lag[0], time[-1])
-    return np.asarray(spline(at) + lag[1] * spline(at, 1))
+def _earlier(lag: FloatArray, values: CubicSpline) -> FloatArray:
+    """Values at their times before they were late by ``lag[0]`` and filtered by ``lag[1]``."""
+    at = np.minimum(values.x + lag[0], values.x[-1])
+    return np.asarray(values(at) + lag[1] * values(at, 1))
 
 
-def _with_answers(times: FloatArray, record: LinearRecord, answer: FloatArray) -> LinearRecord:
+def _with_answers(times: FloatArray, record: LinearRecord, answer: CubicSpline) -> LinearRecord:
     """Record whose first columns of all runs are the answer to a load, earlier by some times."""
-    shifts = [_earlier(np.array([time, 0.0]), record.time, answer) - answer for time in times]
+    as_read = answer(record.time)
+    shifts = [_earlier(np.array([time, 0.0]), answer) - as_read for time in times]
     return _with_columns(record, np.array(shifts))
 
 
-def _with_earlier(lag: FloatArray, record: LinearRecord, answer: FloatArray) -> LinearRecord:
+def _with_earlier(lag: FloatArray, record: LinearRecord, answer: CubicSpline) -> LinearRecord:
     """Record whose answer to a load is earlier."""
-    change = _earlier(lag, record.time, answer) - answer
+    change = _earlier(lag, answer) - answer(record.time)
     return replace(record, predicted=record.predicted + change, residual=record.residual - change)
 
 
@@ -504,11 +508,10 @@ def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> Linea
 
     Where there are several, the answer itself follows each.
     """
-    answers = {answer.load: answer.response for answer in load_answers(record, run)}
     along = _along(run, record.time)[:, None]
     columns = []
     for name in names:
-        answer = answers.get(name, np.zeros_like(record.predicted))
+        answer = _answer_to(record, run, name)
         columns += [answer * along, *([answer] if len(names) > 1 else [])]
     return _with_columns(record, np.array(columns))
 

@@ -697,7 +697,7 @@ def _solve_channels(
     turn: float,
     stiffness: _Arrays,
     flanks: _Arrays,
-    missing: float,
+    given_back: float,
     force: NDArray[np.float64],
     inverse: NDArray[np.float64],
     tangent: NDArray[np.float64],
@@ -705,8 +705,8 @@ def _solve_channels(
     """Balance of a step: mid-step velocities and forces of the channels, in place.
 
     `s` begins with the velocities under no such forces, `force` with a guess, `stiffness` with that
-    of a step that turns by `turn`; the rollers take `missing` [J] from the drive more; `inverse` as
-    in :func:`_newton_step`. Returned: the channel that finds no balance, or -1, and as
+    of a step that turns by `turn`; the rollers take `given_back` [N m] from the drive more;
+    `inverse` as in :func:`_newton_step`. Returned: the channel that finds no balance, or -1, and as
     :func:`_rollers`.
     """
     # What has arrays is named once: it is counted in and out wherever it is.
@@ -730,7 +730,6 @@ def _solve_channels(
             mount[i, j] += 0.5 * h * K[i, j]
             tangent[first + i, first + j] = -mount[i, j]
             steady[i] -= K[i, j] * delta[first + j]
-    given_back = missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN)
     by_angle, energy = 0.0, 0.0
     rounding = _ROUNDING * h * _largest_size(s)
     for iteration in range(_MOST_ITERATIONS):
@@ -817,6 +816,7 @@ def _advance(
         old_k[:] = new_k
         fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + 0.5 * turn), mid_k)
         fill_mesh_stiffness(real, imag, mesh_teeth * (delta[0] + turn), new_k)
+        # Of the weight as the co-simulation unit takes it, which does not know `gain`.
         c, s_ = np.cos(delta[0] + 0.5 * h * speed), np.sin(delta[0] + 0.5 * h * speed)
         a[0], a[1] = drive[step, 0], generator * drive[step, 1]
         a[2], a[3] = -gravity * s_, -gravity * c
@@ -845,8 +845,9 @@ def _advance(
             s[i] = moved[i]
         _add_product(1.0, B_columns, w, s)
         _expect_teeth(flanks, delta, turn, stiffness, pushes, force)
+        given_back = missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN)
         unsettled, by_angle, energy = _solve_channels(
-            k, s, delta, turn, stiffness, flanks, missing, force, inverse, tangent
+            k, s, delta, turn, stiffness, flanks, given_back, force, inverse, tangent
         )
         _add_product(1.0, A_inverse_B, force, w)
         _add_product(follow, S_channels, force, moved)
@@ -859,7 +860,7 @@ def _advance(
             i = _FLANKS + j
             pushes[1, j] = pushes[0, j]
             pushes[0, j] = reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]
-        missing -= missing * turn / (turn * turn + _SLOW_TURN * _SLOW_TURN) * h * s[0]
+        missing -= given_back * h * s[0]
         absorbed = h * by_angle * s[0]
         for i in range(rolling, rubbing):
             absorbed += h * (reference[i] * (delta[i] + 0.5 * h * s[i]) - force[i]) * s[i]

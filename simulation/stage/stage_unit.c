@@ -357,18 +357,24 @@ static void loads(double angle, const double u[], double a[7]) {
 /* What the rollers store over a step beyond the work that their forces at its middle take [J]; zero where that is
  * small. */
 static double roller_rest(const double delta[], const double s[], double h) {
-    double rest = 0.0, absorbed = 0.0, energy = 0.0, angle = delta[0], middle_angle = angle + 0.5 * h * s[0];
+    double rest = 0.0, absorbed = 0.0, energy = 0.0, angle = delta[0];
     int i, k;
     for (k = 0; k < N_ROLLING; ++k) {
         const double *old = delta + ROLLING + 4 * k, *rate = s + ROLLING + 4 * k;
-        double middle[4], new[4], load[5], stiffness[5][5];
-        for (i = 0; i < 4; ++i) middle[i] = old[i] + 0.5 * h * rate[i], new[i] = old[i] + h * rate[i];
-        energy += roller_load(k, middle, middle_angle, load, stiffness);
+        double middle[4], load[5], stiffness[5][5];
+        for (i = 0; i < 4; ++i) middle[i] = old[i] + 0.5 * h * rate[i];
+        energy += roller_load(k, middle, angle + 0.5 * h * s[0], load, stiffness);
         absorbed += h * load[4] * s[0];
         for (i = 0; i < 4; ++i) absorbed += h * load[i] * rate[i];
+    }
+    if (!(fabs(absorbed) > GENTLE * energy)) return 0.0;
+    for (k = 0; k < N_ROLLING; ++k) {
+        const double *old = delta + ROLLING + 4 * k, *rate = s + ROLLING + 4 * k;
+        double new[4];
+        for (i = 0; i < 4; ++i) new[i] = old[i] + h * rate[i];
         rest += roller_load(k, new, angle + h * s[0], NULL, NULL) - roller_load(k, old, angle, NULL, NULL);
     }
-    return fabs(absorbed) > GENTLE * energy ? rest - absorbed : 0.0;
+    return rest - absorbed;
 }
 
 /* One step of work->h with inputs u of its middle. */

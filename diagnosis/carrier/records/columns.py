@@ -411,11 +411,7 @@ def _made_together(
         for effect in source.effects.values()
         if owners is None or effect.id in owners
     )
-    angles = [[angle[some] for angle in run.delayed_angles] for run, some in by_run * follows_delay]
-    late = [
-        replace(every, carrier_angle=np.concatenate(of_node))
-        for of_node in zip(*angles, strict=True)
-    ]
+    late = _late(every, by_run) if follows_delay else []
     targets = [run.target(channel, some) for run, some in by_run]
     rows = {key: np.concatenate([of_run[key] for of_run in targets]) for key in targets[0]}
     rows |= source.rows(rim_sensor(channel), every, late, owners)
@@ -471,24 +467,27 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
     With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
     known and what is a combination elsewhere is none.
     """
-    chosen = []
-    inputs_by_run = []
-    angles_by_run = []
+    by_run = []
     for run in runs:
         last = run.time.size - 1
         even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
         close = 2 ** np.arange(max(last, 1).bit_length()) - 1
         samples = np.unique(np.concatenate([even, close, last - close]))
-        columns = RunColumns(run, source)
-        chosen.append(samples)
-        inputs_by_run.append(inputs_at(columns.inputs, samples))
-        angles_by_run.append([angle[samples] for angle in columns.delayed_angles])
-    inputs = in_a_row(inputs_by_run)
-    late = [
+        by_run.append((RunColumns(run, source), samples))
+    inputs = in_a_row([inputs_at(columns.inputs, samples) for columns, samples in by_run])
+    chosen = [samples for _, samples in by_run]
+    return _SomeSamples(runs, chosen, source, inputs, _late(inputs, by_run))
+
+
+def _late(
+    inputs: CarrierInputs, by_run: Sequence[tuple[RunColumns, IntArray]]
+) -> list[CarrierInputs]:
+    """Inputs at some samples of every run, their carrier angle at the nodes of the delay."""
+    angles = [[angle[samples] for angle in run.delayed_angles] for run, samples in by_run]
+    return [
         replace(inputs, carrier_angle=np.concatenate(of_node))
-        for of_node in zip(*angles_by_run, strict=True)
+        for of_node in zip(*angles, strict=True)
     ]
-    return _SomeSamples(runs, chosen, source, inputs, late)
 
 
 def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
