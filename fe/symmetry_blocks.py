@@ -192,8 +192,8 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     )
     return SymmetryBlock(
         representation=representation,
-        K=_summed([sp.csr_array(T_j.T) @ structure.K @ T_j for T_j in parts]),
-        M=_summed([sp.csr_array(T_j.T) @ structure.M @ T_j for T_j in parts]),
+        K=_energy(structure.K, parts),
+        M=_energy(structure.M, parts),
         G=sp.csr_array(scale * G),
         pilot_coordinates=X,
         rigid_modes=_rigid_modes(half, representation, T),
@@ -201,10 +201,10 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     )
 
 
-def _summed(matrices: list[sp.csr_array]) -> sp.csr_array:
-    """Sum, symmetric to the last bit."""
-    total = matrices[0] if len(matrices) == 1 else matrices[0] + matrices[1]
-    return sp.csr_array((total + total.T) * 0.5)
+def _energy(matrix: sp.csr_array, parts: list[sp.csr_array]) -> sp.csr_array:
+    """``Σ_j T_jᵀ A T_j``, symmetric to rounding."""
+    total = sum(sp.csr_array(T_j.T) @ matrix @ T_j for T_j in parts)
+    return sp.csr_array(total)
 
 
 def _rigid_modes(

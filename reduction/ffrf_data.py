@@ -16,11 +16,11 @@ input data; frame and origin are the body's own.
 import logging
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.scalar_mass import (
     UnequalMassError,
     displacements,
@@ -28,6 +28,9 @@ from carrierflex.reduction.scalar_mass import (
     scalar_mass,
     uniform,
 )
+
+if TYPE_CHECKING:
+    from carrierflex.fe.structural_model import StructuralModel
 
 log = logging.getLogger(__name__)
 
@@ -284,7 +287,7 @@ def _centrifugal(moment: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def ffrf_data(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData:
+def ffrf_data(structure: "StructuralModel", T: NDArray[np.float64]) -> FfrfData:
     """Inertia invariants from a body's consistent mass matrix and the basis of its reduction.
 
     Parameters
@@ -320,7 +323,7 @@ def ffrf_data(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData:
     )
 
 
-def inertia_invariants(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData | None:
+def inertia_invariants(structure: "StructuralModel", T: NDArray[np.float64]) -> FfrfData | None:
     """Inertia invariants of a body, None where it has none.
 
     A body that is held to the ground, that has nodes without three translations, or whose mass is

@@ -8,11 +8,14 @@ shape functions a pilot, 1 and the three components of ``r = x - x_0``, of which
 is a combination.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from carrierflex.fe.structural_model import StructuralModel
+if TYPE_CHECKING:
+    from carrierflex.fe.structural_model import StructuralModel
 
 #: Largest difference between the masses of two axes, over the largest entry: rounding of the
 #: assembly.
@@ -30,7 +33,7 @@ class UnequalMassError(ValueError):
     """The mass matrix is not one scalar matrix for the three axes."""
 
 
-def uniform(structure: StructuralModel) -> NDArray[np.float64]:
+def uniform(structure: "StructuralModel") -> NDArray[np.float64]:
     """Coefficients of a displacement of one everywhere, rows as in :func:`positions`.
 
     Shape (n,).
@@ -40,7 +43,7 @@ def uniform(structure: StructuralModel) -> NDArray[np.float64]:
     )
 
 
-def positions(structure: StructuralModel) -> NDArray[np.float64]:
+def positions(structure: "StructuralModel") -> NDArray[np.float64]:
     """Nodes, then for every rigid pilot its point and the three unit vectors.
 
     Shape (n, 3); node coordinates and points [m].
@@ -51,7 +54,7 @@ def positions(structure: StructuralModel) -> NDArray[np.float64]:
     return np.concatenate([structure.points, *rigid])
 
 
-def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+def displacements(structure: "StructuralModel", T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Displacement along x, y and z of the rows of :func:`positions`.
 
     Three arrays of shape (n, k) for a basis T of shape (n_dofs, k).
@@ -67,7 +70,7 @@ def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[ND
     return [np.ascontiguousarray(u[:, axis]) for axis in range(3)]
 
 
-def scalar_mass(structure: StructuralModel) -> sp.csr_array:
+def scalar_mass(structure: "StructuralModel") -> sp.csr_array:
     """Mass matrix [kg] of one axis, rows as in :func:`positions`.
 
     A rigid surface's share of the reduced mass, ``Σ m Rᵀ R'`` with ``R = [1, -r~]``, holds the sums

@@ -19,7 +19,6 @@ Palmgren (1959), Ball and Roller Bearing Engineering; ISO/TS 16281:2008, eqs (33
 """
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import GearData
@@ -88,6 +87,9 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
     ValueError
         Where the load is not positive, or larger than such a bearing can carry.
     """
+    # Half a second of import, which a run whose bearings are set does without.
+    from scipy.optimize import brentq
+
     angles = (
         2.0
         * np.pi
@@ -112,8 +114,6 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
             f"load on the planet bearing is {load} N; expected a positive one that its rollers can "
             "carry"
         )
-    approach = scipy.optimize.brentq(
-        lambda x: answer(x)[0] - load, 0.0, _LARGEST_APPROACH, xtol=1e-15
-    )
+    approach = brentq(lambda x: answer(x)[0] - load, 0.0, _LARGEST_APPROACH, xtol=1e-15)
     _, radial, tilt = answer(float(approach))
     return float(radial), float(tilt)
