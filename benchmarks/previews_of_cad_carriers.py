@@ -44,7 +44,7 @@ def _one_size(folder: Path, size: float) -> Iterator[Ratio]:
     files = ["--step", str(folder / "carrier.step"), "--surfaces", str(folder / "surfaces.toml")]
     line = [*_PROGRAM, "reduce", "--body", "carrier", *files, "--size", str(size), "--no-cache"]
     line += ["--out", str(body)]
-    said = json.loads(subprocess.check_output([*line, "--preview", "--json"]))
+    said = json.loads(subprocess.check_output([*line, "--preview", "--json"]))["result"]
     with subprocess.Popen([*line, "--quiet"]) as process:
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
