@@ -68,6 +68,7 @@ from carrierflex.diagnosis.wiring.refits import (
     clock_rival,
     drifting_clocks,
     exchanged_runs,
+    fault_words,
     refitted_clock,
     without_delay,
 )
@@ -445,7 +446,7 @@ def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
     """Reason after the wirings that explain as much; the reason alone where none does."""
     if not as_good:
         return reason
-    return f"check the wiring first: {'; '.join(as_good.values())}{OTHERWISE}{reason}"
+    return f"check the measurement first: {'; '.join(as_good.values())}{OTHERWISE}{reason}"
 
 
 def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -472,7 +473,7 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
         _WIRING,
         rival.about,
         f"{_explains(rival, share)} above the floor",
-        f"check the wiring first ({rival.id.removeprefix('wiring/').replace('_', ' ')})",
+        f"check first: {fault_words(rival.id)}",
         share,
         rival.line,
         rival.id,

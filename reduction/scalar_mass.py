@@ -54,7 +54,9 @@ def positions(structure: "StructuralModel") -> NDArray[np.float64]:
     return np.concatenate([structure.points, *rigid])
 
 
-def displacements(structure: "StructuralModel", T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+def displacements(
+    structure: "StructuralModel", T: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
     """Displacement along x, y and z of the rows of :func:`positions`.
 
     Three arrays of shape (n, k) for a basis T of shape (n_dofs, k).

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.report.report_data import ReportData
-from carrierflex.diagnosis.report.verdict_words import fault_words, is_near_law, share_words
+from carrierflex.diagnosis.report.verdict_words import is_near_law, share_words
 from carrierflex.diagnosis.report.words import (
     UNKNOWN,
     counted,
@@ -25,6 +25,7 @@ from carrierflex.diagnosis.report.words import (
     value_words,
 )
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.refits import fault_words
 
 #: States of a row, as the page writes them.
 NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"

@@ -26,7 +26,7 @@ from carrierflex.diagnosis.report.words import (
     sized,
 )
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import RUN_VARIATION
+from carrierflex.diagnosis.wiring.refits import RUN_VARIATION, fault_words
 
 #: Shares below this would be rounded to nothing.
 _LEAST_SHOWN = 0.005
@@ -125,11 +125,6 @@ def _fault_heading(diagnosis: Diagnosis) -> str:
         return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
     share = percent(min(fault.figure, 1.0))
     return f"Check {fault.about} first ({fault_words(fault.id)}): it explains {share} of the gap"
-
-
-def fault_words(fault: str) -> str:
-    """Fault of the measurement in words: ``sensor on ground``."""
-    return fault.removeprefix("wiring/").replace("_", " ")
 
 
 def _explained(diagnosis: Diagnosis) -> str:

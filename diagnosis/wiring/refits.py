@@ -70,6 +70,27 @@ LONE_CHANNEL = (
 RUN = "wiring/run"
 #: Such a run that alone has a load: what acts in it may be of the load.
 RUN_OF_LOAD = "wiring/run_of_load"
+#: Words of the faults whose id does not read as one.
+_FAULT_WORDS = {
+    CHANNEL: "one channel",
+    CURVED_CHANNEL: "a channel that is not linear",
+    FILTERED_CHANNEL: "delay and filter of a channel",
+    HELD_INPUT: "a load held between readings",
+    INPUT_GAIN: "gain of a load",
+    JITTER: "times of the samples",
+    LOAD_AXES: "axes of the loads",
+    LOAD_NOISE: "noise of a load",
+    LOAD_ZERO: "zero of a load",
+    RECTIFIED: "a signal without its sign",
+    RIG_LENGTH: "a length of the rig",
+    RUN: "one run",
+    RUN_OF_LOAD: "the only run with a load",
+}
+
+
+def fault_words(fault: str) -> str:
+    """Fault of the measurement, by its id, in words: ``sensor on ground``."""
+    return _FAULT_WORDS.get(fault, fault.removeprefix("wiring/").replace("_", " "))
 
 
 #: Loads of a shaft, the radial ones after its torque.

@@ -42,7 +42,7 @@ WARNING = CampaignWarning(
     "wiring",
     "torque",
     "with the torque of the other sign the baseline alone explains 99 % of the gap above the floor",
-    "check the wiring first (torque sign)",
+    "check first: torque sign",
     0.99,
     "line 1 of LC1.csv",
 )
@@ -115,7 +115,7 @@ def with_verdict(diagnosis, verdict):
     if verdict == ALIASED:
         aliases = (*which.aliases, (several[0], "ring_pass", "wiring/torque_sign"))
         which = replace(which, aliases=aliases, discriminating_experiment=EXPERIMENT)
-        reason = f"check the wiring first: {WARNING.text}; otherwise {reason}"
+        reason = f"check the measurement first: {WARNING.text}; otherwise {reason}"
         diagnosis = replace(diagnosis, warnings=(WARNING, WARNING))
     if verdict == NAMED_WITH_REMAINDER:
         which = replace(which, discriminating_experiment=EXPERIMENT)

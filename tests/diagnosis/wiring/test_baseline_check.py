@@ -220,7 +220,7 @@ def test_the_verdict_says_to_check_the_wiring_first():
     assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in told.warnings)
     assert told.reason_id == "wiring/torque_sign"
-    assert told.reason.startswith("check the wiring first: with torque of the other sign the ")
+    assert told.reason.startswith("check the measurement first: with torque of the other sign the ")
     assert told.warnings[0].check == "wiring"
     assert verdict_heading(told).startswith("Check torque first (torque sign): ")
 

@@ -156,7 +156,7 @@ def test_a_wiring_that_explains_half_of_the_gap_is_told():
         "with the torque of the other sign the baseline alone explains 75% of the gap above the "
         "floor"
     )
-    assert warning.remedy == "check the wiring first (torque sign)"
+    assert warning.remedy == "check first: torque sign"
     assert (warning.check, warning.about, warning.figure) == ("wiring", "torque", 0.75)
 
 
@@ -387,8 +387,8 @@ def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
         assert beside(0.8451, verdict=verdict).verdict == ALIASED
     result = beside(0.8451)
     assert result.reason == (
-        "check the wiring first: with the torque of the other sign the baseline alone explains "
-        "85% of the gap; otherwise why"
+        "check the measurement first: with the torque of the other sign the baseline alone "
+        "explains 85% of the gap; otherwise why"
     )
     assert result.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
     assert beside(0.8449).verdict == NAMED
@@ -411,7 +411,7 @@ def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
 def test_a_wrong_unit_is_an_alias_of_whatever_is_named():
     result = with_findings(named(), (finding("unit"),), BaselineCheck((), ()))
     assert result.verdict == ALIASED
-    assert result.reason == "check the wiring first: text of unit; otherwise why"
+    assert result.reason == "check the measurement first: text of unit; otherwise why"
     assert result.attribution.aliases[-1] == ("tilt", "wiring/unit")
     assert with_findings(named(), (finding("tone"),), BaselineCheck((), ())).verdict == NAMED
 
@@ -426,7 +426,7 @@ def test_a_clock_that_was_moved_is_an_alias_of_a_delay_alone():
     delays = ("delay", "sensors/delay")
     result = beside("clock_shift", effects=(), classes=(*delays, "spring"), verdict=CLASS_NAMED)
     assert result.attribution.aliases[-1] == (*delays, "wiring/clock_shift")
-    assert result.reason == "check the wiring first: text of clock_shift; otherwise why"
+    assert result.reason == "check the measurement first: text of clock_shift; otherwise why"
     result = beside("unit", "clock_shift", effects=("sensor_delay",))
     assert "first: text of unit; text of clock_shift; otherwise" in result.reason
     assert beside("clock_shift", classes=("spring", "delayed")).verdict == NAMED
