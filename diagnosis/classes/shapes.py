@@ -271,12 +271,15 @@ def _sized(value: float, unit: str) -> str:
 
 def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     top = float(np.abs(y).max())
-    positive = float(np.abs(y[x > 0.0]).max(initial=0.0))
-    negative = float(np.abs(y[x < 0.0]).max(initial=0.0))
-    words = []
+    # Sides are compared as far as the mass went on both.
+    both = np.abs(x) <= min(-float(x[0]), float(x[-1]))
+    positive = float(np.abs(y[(x > 0.0) & both]).max(initial=0.0))
+    negative = float(np.abs(y[(x < 0.0) & both]).max(initial=0.0))
     weaker, stronger = sorted((negative, positive))
-    is_one_sided = stronger > 0.0 and weaker < _ONE_SIDED * stronger and x[0] < 0.0 < x[-1]
-    side = x > 0.0 if positive >= negative else x < 0.0
+    is_unequal = weaker < _STRONGER * stronger
+    sizes = (positive, negative) if is_unequal else (float(x[-1]), -float(x[0]))
+    side = x > 0.0 if sizes[0] >= sizes[1] else x < 0.0
+    words = []
     inside = side & (np.abs(y) < _ZERO * top)
     far = float(np.abs(x[inside]).max(initial=0.0))
     power = _power(np.abs(x[side]), np.abs(y[side]), far)
@@ -290,11 +293,10 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     bending = _bending(x[outer], y[outer])
     if not power:
         words.append(f"{bending} above" if words else bending)
-    if is_one_sided:
+    if weaker < _ONE_SIDED * stronger:
         words.append("one side only")
-    elif weaker < _STRONGER * stronger and x[0] < 0.0 < x[-1]:
-        ratio = weaker / stronger
-        words.append(f"{ratio:.0%} as strong on the other side")
+    elif is_unequal:
+        words.append(f"{weaker / stronger:.0%} as strong on the other side")
     words.append(f"up to {_sized(top, units[1])}")
     return ", ".join(words)
 

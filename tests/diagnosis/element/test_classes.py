@@ -316,6 +316,15 @@ def test_springs_in_words(law, words):
     assert words in shape_words("restoring_force", x, law(x), ("m", "N"))
 
 
+def test_sides_of_a_spring_are_compared_at_the_same_deflection():
+    x = np.linspace(-1.0, 0.6, 81)
+    assert "other side" not in shape_words("restoring_force", x, x**3, ("m", "N"))
+    unequal = np.where(x > 0.0, 1.0, 0.5) * x**3
+    assert "50% as strong on the other side" in shape_words(
+        "restoring_force", x, unequal, ("m", "N")
+    )
+
+
 def sweep_campaign(law):
     """Force sweeps through the resonance and far beyond it, where the motion sinks into noise."""
     rng = np.random.default_rng(3)
