@@ -28,6 +28,13 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.column_faults import (
+    drifting_gain,
+    drifting_zeros,
+    filtered_signals,
+    late_load,
+    saturating_channel,
+)
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
@@ -36,14 +43,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     off_gains,
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import (
-    drifting_gain,
-    drifting_zeros,
-    filtered_signals,
-    late_load,
-    lone_rivals,
-    saturating_channel,
-)
+from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     AC_COUPLED,
     CHANNEL,

@@ -14,7 +14,7 @@ of ``g`` is that of least squares times the correlation of the residual from sam
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -24,6 +24,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.estimation.scaled_least_squares import (
     column_lengths,
     normal_inverse,
+    normal_solution,
 )
 
 FloatArray = NDArray[np.float64]
@@ -320,3 +321,81 @@ def _residual_rms(record: LinearRecord) -> FloatArray:
     count = np.maximum(np.isfinite(record.residual).sum(axis=0), 1)
     rms = np.sqrt(np.sum(residual**2, axis=0) / count)
     return np.where(rms > 0.0, rms, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class BaselineSums:
+    """Products of the baseline's columns and the residual, by run and channel."""
+
+    grams: Annotated[FloatArray, "Shape (n_runs, n_channels, q + p + 1, q + p + 1)"]
+    counts: Annotated[FloatArray, "Samples, shape (n_runs, n_channels)"]
+    n_of_run: Annotated[int, "q"]
+
+    def without(self, run: int | None = None, channel: int | None = None) -> "BaselineSums":
+        """Sums without one run or one channel."""
+        grams, counts = self.grams.copy(), self.counts.copy()
+        for sums in (grams, counts):
+            if run is not None:
+                sums[run] = 0.0
+            if channel is not None:
+                sums[:, channel] = 0.0
+        return replace(self, grams=grams, counts=counts)
+
+    def without_columns(self, numbers: Sequence[int]) -> "BaselineSums":
+        """Sums without some of the columns."""
+        grams = np.delete(np.delete(self.grams, list(numbers), axis=2), list(numbers), axis=3)
+        n_of_run = self.n_of_run - sum(number < self.n_of_run for number in numbers)
+        return replace(self, grams=grams, n_of_run=n_of_run)
+
+    @property
+    def mean_square(self) -> float:
+        """Mean square that the baseline leaves once it is fitted to these."""
+        total = self._shared
+        right = total[:-1, -1]
+        explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
+        return max(float(total[-1, -1]) - explained, 0.0) / max(float(self.counts.sum()), 1.0)
+
+    @property
+    def of_each_run(self) -> float:
+        """Mean square that the baseline leaves once it is fitted to every run by itself."""
+        squares = [
+            replace(self, grams=gram[None], counts=counts[None]).mean_square * counts.sum()
+            for gram, counts in zip(self.grams, self.counts, strict=True)
+        ]
+        return float(np.sum(squares)) / max(float(self.counts.sum()), 1.0)
+
+    @property
+    def steps(self) -> FloatArray:
+        """Steps of the parameters of every run, then of all, shape (n_runs, q + p)."""
+        q = self.n_of_run
+        total = self._shared
+        shared = normal_solution(total[:-1, :-1], total[:-1, -1])
+        steps = []
+        for gram in self.grams.sum(axis=1):
+            right = gram[:q, -1] - gram[:q, q:-1] @ shared
+            steps.append(np.concatenate([normal_solution(gram[:q, :q], right), shared]))
+        return np.array(steps)
+
+    @property
+    def _shared(self) -> FloatArray:
+        """Products once every run's own parameters are fitted out."""
+        of_runs = [shared_products(gram, self.n_of_run) for gram in self.grams.sum(axis=1)]
+        return np.asarray(np.sum(of_runs, axis=0))
+
+
+def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums | None:
+    """Products of all runs; None where there is no record."""
+    grams, counts, n_of_run = [], [], 0
+    for record in records:
+        known = np.isfinite(record.residual) & np.isfinite(record.predicted)
+        of_run = []
+        for k in range(record.residual.shape[1]):
+            design = np.concatenate([record.columns[:, :, k], record.residual[None, :, k]])
+            design[:, ~known[:, k]] = 0.0
+            of_run.append(design @ design.T)
+        grams.append(of_run)
+        counts.append(known.sum(axis=0))
+        n_of_run = record.n_of_run
+    if not grams:
+        return None
+    return BaselineSums(np.array(grams), np.array(counts, dtype=np.float64), n_of_run)
