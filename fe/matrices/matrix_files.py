@@ -484,7 +484,7 @@ def _listed_entries(data: bytes) -> StoredMatrix:
         n = int(index.max(initial=-1)) + 1
         A = from_entries(index[:, 0], index[:, 1], table[:, 2], n)
         refuse_twice(index[:, 0], index[:, 1], n)
-        return StoredMatrix(A)
+        return StoredMatrix(A, states_order=False)
     # Nodes of negative number are internal degrees of freedom: Lagrange multipliers, tied contact.
     if (table[:, [0, 2]] < 1.0).any():
         odd = float(table[:, [0, 2]].min())

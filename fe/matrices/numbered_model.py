@@ -5,7 +5,7 @@ that differs from the other by rounding only.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,9 +92,11 @@ def _named(
     dofs: DofNames | None,
     dofs_per_node: int | None,
 ) -> tuple[sp.csr_array, sp.csr_array, DofNames]:
-    n = stiffness.A.shape[0]
     if stiffness.dofs is not None and mass.dofs is not None:
         return _united(stiffness, mass)
+    n = max(stiffness.A.shape[0], mass.A.shape[0])
+    stiffness, mass = (_with_rows(matrix, n) for matrix in (stiffness, mass))
+    n = stiffness.A.shape[0]
     if mass.A.shape[0] != n:
         raise ValueError(
             f"the stiffness has {n} rows, the mass {mass.A.shape[0]}; expected as many: matrices "
@@ -109,6 +111,15 @@ def _named(
             "expected one a row"
         )
     return stiffness.A, mass.A, names
+
+
+def _with_rows(matrix: StoredMatrix, n: int) -> StoredMatrix:
+    """A list of entries with the empty rows behind its last one."""
+    if matrix.states_order or matrix.A.shape[0] == n:
+        return matrix
+    A = matrix.A.copy()
+    A.resize((n, n))
+    return replace(matrix, A=A)
 
 
 def _united(

@@ -70,10 +70,14 @@ class StoredMatrix:
         Entries as printed, in the file's units.
     dofs : DofNames or None
         Names of rows and columns; None where the file has none.
+    states_order : bool
+        Whether the file says how many rows there are. A list of entries does not: its rows end
+        with the last entry.
     """
 
     A: sp.csr_array
     dofs: DofNames | None = None
+    states_order: bool = True
 
 
 def from_entries(

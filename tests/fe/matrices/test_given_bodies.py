@@ -480,6 +480,22 @@ def test_nodes_with_rotations_and_without_inertia_reduce(tmp_path):
     assert_allclose(compliance, expected, rtol=1e-10)
 
 
+def test_lists_of_entries_end_with_the_last_row_that_is_not_empty(tmp_path):
+    """Rotations of node 3 without inertia: the list of the mass ends three rows early."""
+    K, M = frame_matrices()
+    M[15:] = M[:, 15:] = 0.0
+    for name, A in (("k", K), ("m", M)):
+        entries = sp.coo_array(A)
+        lines = zip(*entries.coords, entries.data, strict=True)
+        text = "".join(f"{i + 1} {j + 1} {float(value)!r}\n" for i, j, value in lines)
+        (tmp_path / f"{name}.sti").write_text(text)
+    path = interfaces(tmp_path, FRAME)
+    body = given_body(tmp_path / "k.sti", tmp_path / "m.sti", path)
+    assert_array_equal(
+        body.structure.M.toarray(), small_files(tmp_path, K, M, FRAME).structure.M.toarray()
+    )
+
+
 @pytest.mark.long
 def test_directions_of_nodes_are_turned_to_those_of_the_model(tmp_path):
     K, M = frame_matrices()
