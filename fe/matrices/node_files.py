@@ -28,6 +28,8 @@ from carrierflex.geometry.given_meshes.other_entries import refuse_made_nodes
 
 _MOST_BYTES = 8_000_000_000
 _EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm, .cdb)"
+#: Suffix of the assembly file of a Nastran superelement.
+ASSEMBLY = ".asm"
 _NASTRAN = (".bdf", ".dat", ".nas", ".blk", ".asm", ".pch")
 _DIRECTIONS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
 #: Nodes that one line of a generated set may name.
@@ -77,9 +79,9 @@ def read_nodes(path: Path) -> NodeTable:
     if suffix not in (".inp", *_NASTRAN):
         check_plain_file(path, _EXPECTED, _MOST_BYTES)
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected {_EXPECTED}")
-    if suffix == ".asm" and not _punch_of(path).is_file():
+    if suffix == ASSEMBLY and not punch_of(path).is_file():
         raise FileNotFoundError(
-            f"{_punch_of(path)}: no such file; expected the punch file of {path.name} in its "
+            f"{punch_of(path)}: no such file; expected the punch file of {path.name} in its "
             "folder: its EXTRN entry says which components of every grid the matrices have"
         )
     if suffix == ".inp":
@@ -184,7 +186,7 @@ def _members(
 def _nastran_nodes(path: Path, size: int) -> NodeTable:
     try:
         with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
-            if path.suffix.lower() == ".asm":
+            if path.suffix.lower() == ASSEMBLY:
                 return _assembly_nodes(path)
             return _bulk_nodes(list(bulk_entries(path.read_bytes())))
     except _NamedError:
@@ -218,14 +220,15 @@ class _NamedError(ValueError):
     """An error that names its file and its cause."""
 
 
-def _punch_of(path: Path) -> Path:
+def punch_of(path: Path) -> Path:
+    """The punch file that belongs to an assembly file: of the same stem."""
     return path.with_suffix(".pch" if path.suffix == ".asm" else ".PCH")
 
 
 def _assembly_nodes(path: Path) -> NodeTable:
     """Nodes of an assembly file; components of every grid and their order from EXTRN."""
     uset = bulk.asm2uset(str(path), try_rdextrn=False, follow_includes=False)[0]
-    punch = _punch_of(path)
+    punch = punch_of(path)
     try:
         if bulk.rdcards(str(punch), "extrn", follow_includes=False) is None:
             raise ValueError("no EXTRN entry; expected the one of its superelement")

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from carrierflex.fe.matrices.given_structure import GivenBody, given_body
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.matrix_files import SUFFIXES as MATRIX_SUFFIXES
+from carrierflex.fe.matrices.node_files import ASSEMBLY, punch_of
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.given_meshes.solid_files import SUFFIXES
@@ -117,6 +118,9 @@ class MatrixFiles:
         files = dict(zip(_ROLES, (self.stiffness, self.mass, self.interfaces), strict=True))
         named = () if nodes is None else (("nodes", nodes.file), ("dofs", nodes.dof_file))
         files |= {role: self.interfaces.parent / name for role, name in named if name is not None}
+        assemblies = [path for path in files.values() if path.suffix.lower() == ASSEMBLY]
+        punches = {f"beside {path.name}": punch_of(path) for path in assemblies}
+        files |= {role: path for role, path in punches.items() if path.exists()}
         maps = (self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping"))
         files |= {f"beside {path.suffix}": path for path in maps if path.exists()}
         return file_record(files)

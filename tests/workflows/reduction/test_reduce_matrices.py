@@ -15,6 +15,7 @@ from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
+from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 from carrierflex.workflows.simulation.stage_bodies import stage_body_of_files
 
 SUFFIX = {
@@ -44,6 +45,19 @@ def files(tmp_path_factory, one_pin_mesh, pin_structure):
         "mass": folder / "m.npz",
         "interfaces": folder / "interfaces.toml",
     }
+
+
+def test_the_punch_file_of_an_assembly_file_belongs_to_the_inputs(tmp_path):
+    """What it says of the components makes another body, which no cache may take for the first."""
+    header = 'format = "carrierflex-interfaces"\nversion = 1\nname = "a"\n'
+    pilot = '[[pilots]]\nname = "a"\ntype = "nodes"\nnodes = [1]\n'
+    (tmp_path / "a.toml").write_text(f'{header}[nodes]\nfile = "a.asm"\n{pilot}')
+    for name in ("a.op4", "a.asm", "a.pch"):
+        (tmp_path / name).write_text("1")
+    files = MatrixFiles(tmp_path / "a.op4", tmp_path / "a.op4", tmp_path / "a.toml")
+    before = files.digests()
+    (tmp_path / "a.pch").write_text("2")
+    assert files.digests() != before
 
 
 MATERIAL = "[materials.STEEL]\nE = 2.1e11\nnu = 0.3\nrho = 7850.0\n"
