@@ -224,6 +224,9 @@ def make_work(name, folder):
     """Take away what would spare a command its work: finished cases, and the cache."""
     if name == "new-campaign":
         (folder / "map.toml").unlink(missing_ok=True)
+    # A picture of the diagnosis that is replaced goes with it.
+    if name == "diagnose":
+        (folder / "diagnosed" / "view.html").unlink(missing_ok=True)
     # What a measurement is, and what a user may have changed, is not written twice.
     if name in ("import", "cases"):
         shutil.rmtree(folder / {"import": "imported"}.get(name, name), ignore_errors=True)

@@ -62,7 +62,10 @@ PARAMETERS_FILE = "parameters.toml"
 BEFORE, AFTER, CAMPAIGN, CHANGE = "before", "after", "campaign", "change"
 _FORMAT, _VERSION = "carrierflex-calibration", 1
 #: Text of a file that a killed process leaves.
-_UNFINISHED = "The calibration was not finished: run it again."
+_UNFINISHED = (
+    "The calibration was not finished: run it again. Files of an earlier one may still be here, "
+    "but for before/."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,11 +206,9 @@ def main(
         before=_side(before),
         omitted=tuple(name for name in values if name not in known),
     )
-    for name in (AFTER, CAMPAIGN, CHANGE):
-        shutil.rmtree(out / name, ignore_errors=True)
-    (out / PARAMETERS_FILE).unlink(missing_ok=True)
     _write(calibration, inputs, out)
     if not known:
+        _remove(out, AFTER, CAMPAIGN, CHANGE, PARAMETERS_FILE)
         return calibration
     changes = {
         name.partition("/")[2]: of["change"].value
@@ -238,7 +239,10 @@ def main(
         after=_side(after),
         text=after.reason,
     )
-    if after.reduction is not None:
+    _remove(out, *([] if changes else [PARAMETERS_FILE]))
+    if after.reduction is None:
+        _remove(out, CHANGE)
+    else:
         calibration = _compared(calibration, after, out)
     if calibration.linear is not None and math.isfinite(calibration.linear.off):
         calibration = replace(
@@ -246,6 +250,15 @@ def main(
         )
     _write(calibration, inputs, out)
     return calibration
+
+
+def _remove(out: Path, *names: str) -> None:
+    """Remove what an earlier calibration wrote and this one does not replace."""
+    for path in (out / name for name in names):
+        if path.is_file():
+            path.unlink()
+        else:
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _refuse(header: CampaignHeader, stage: StageParameters, campaign: Path, out: Path) -> None:

@@ -281,11 +281,17 @@ def _write(
     from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE, write_report_data
 
-    # What an earlier diagnosis left would show another gap.
-    for name in (RIM_MOTION_FILE, VIEW_FILE):
-        (out / name).unlink(missing_ok=True)
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
+        # That of the diagnosis that was replaced shows another gap.
+        (out / VIEW_FILE).unlink(missing_ok=True)
+        if report and motion is not None:
+            n_written = len({signal.run for signal in motion.signals})
+            if n_written < len(measured.runs):
+                stages.tell(f"{RIM_MOTION_FILE} holds {n_written} of {len(measured.runs)} runs")
+            write_rim_motion(out / RIM_MOTION_FILE, motion)
+        else:
+            (out / RIM_MOTION_FILE).unlink(missing_ok=True)
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         source = ReportSource(
             str(folder),
@@ -299,11 +305,6 @@ def _write(
         if not report:
             (out / REPORT_FILE).unlink(missing_ok=True)
             return
-        if motion is not None:
-            n_written = len({signal.run for signal in motion.signals})
-            if n_written < len(measured.runs):
-                stages.tell(f"{RIM_MOTION_FILE} holds {n_written} of {len(measured.runs)} runs")
-            write_rim_motion(out / RIM_MOTION_FILE, motion)
         save_text(out / REPORT_FILE, report_page(data))
 
 
