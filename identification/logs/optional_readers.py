@@ -106,7 +106,14 @@ def tdms_log(path: Path) -> tuple[LogTable, ...]:
         # A sample takes a byte at least, and none is packed.
         if stated > min(size, MOST_NUMBERS):
             raise ValueError(f"{stated} samples in {size} bytes; expected what is stored")
-        return _tdms_tables(path, channels)
+        is_cut_short = file.file_status.incomplete_final_segment
+        tables = () if is_cut_short else _tdms_tables(path, channels)
+    if is_cut_short:
+        raise ValueError(
+            f"{path}: ends within its last segment; expected a whole file: "
+            "copy it again, or export what it holds as CSV"
+        )
+    return tables
 
 
 def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:

@@ -224,6 +224,21 @@ def test_what_is_no_file_of_its_suffix_is_refused_by_name(tmp_path, suffix):
         read_log(path)
 
 
+def test_a_tdms_file_that_is_cut_short_is_refused(tmp_path):
+    """Its channels end at different samples, which would pass for records of two clocks."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    path = tmp_path / "a.tdms"
+    with TdmsWriter(path) as file:
+        for _ in range(2):
+            file.write_segment([ChannelObject("g", name, TIME) for name in ("x", "y")])
+    (table,) = read_log(path)
+    assert len(table.columns) == 2
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(ValueError, match=r"a\.tdms: ends within its last segment"):
+        read_log(path)
+
+
 def test_a_new_map_is_refused_until_it_is_filled_in_and_everything_is_told_at_once(tmp_path):
     rows = "\n".join(f"{t:.3f},{np.sin(t):.6f},{np.cos(t):.6f}" for t in TIME)
     (tmp_path / "run.csv").write_text("t,probe,angle\n" + rows)
