@@ -208,7 +208,8 @@ def _schema_at(path: KeyPath, document: Any, root: Schema) -> Schema:
     for step in path:
         here = _form(_resolved(here, root), value, root)
         if isinstance(step, int):
-            here = here["items"]
+            # A list may stand where none is expected: nothing of it is known.
+            here = here.get("items") or {}
         else:
             here = here.get("properties", {}).get(step) or here.get("additionalProperties") or {}
         value = value[step] if isinstance(step, int) else _table(value).get(step)

@@ -104,7 +104,7 @@ def refusal(**changes):
     """What is told about a document with some keys changed; None takes a key away."""
     document = {name: value for name, value in {**HEAD, **changes}.items() if value is not None}
     with pytest.raises(ValueError, match=r"rig\.toml") as caught:
-        checked_document(document, Rig, "rig.toml")
+        checked_document(document, Rig, "rig.toml", version=3)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -244,7 +244,10 @@ def test_a_table_whose_form_depends_on_a_key_is_checked_by_that_form():
 
 NOT_NUMBERS = ("1", True, [1.0], {}, math.nan, math.inf, -math.inf)
 BAD_VALUES = {
-    "text": (("", " ", "a\nb", 1, True, ["a"], {}), "a non-empty string on one line"),
+    "text": (
+        ("", " ", "a\nb", 1, True, ["a"], {}, [{"name": "b"}]),
+        "a non-empty string on one line",
+    ),
     "texts": (("a", [1], [""], [["a"]], {}), "a list of strings"),
     "flag": ((0, 1, "true", []), "true or false"),
     "number": (NOT_NUMBERS, "a finite number"),
