@@ -3,6 +3,7 @@
 import io
 import re
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -77,6 +78,7 @@ _DAMAGED = (
     EOFError,
     OverflowError,
     SyntaxError,
+    tokenize.TokenError,
     MemoryError,
 )
 

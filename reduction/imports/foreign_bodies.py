@@ -11,7 +11,11 @@ from carrierflex.reduction.exports.export_formats import EXPORT_FORMATS, NOT_REA
 from carrierflex.reduction.imports.exudyn_input_files import read_exudyn
 from carrierflex.reduction.imports.imported_body import UNIT_SYSTEMS, ImportedBody, in_si
 from carrierflex.reduction.imports.sid_input_files import read_sid
-from carrierflex.reduction.imports.superelement_files import read_simscape, read_superelement
+from carrierflex.reduction.imports.superelement_files import (
+    PARTNERS,
+    read_simscape,
+    read_superelement,
+)
 
 _READERS: Mapping[str, Callable[[Path], ImportedBody]] = {
     "body": lambda path: ImportedBody(read_body(path)),
@@ -69,7 +73,10 @@ def read_any_body(path: Path, units: str = "m-N") -> ImportedBody:
             imported = _READERS[name](path)
             return ImportedBody(in_si(imported.model, units), imported.losses)
     except (FloatingPointError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning) as error:
+        partners = PARTNERS[path.suffix.isupper()] if suffix == ".op4" else ()
+        names = [path.with_suffix(partner).name for partner in partners]
+        files = f", with {' and '.join(names)}" if names else ""
         raise ValueError(
-            f"{path}: its numbers make no body ({error}); expected stiffness and mass of one body "
-            "with the places of its nodes"
+            f"{path}{files}: its numbers make no body ({error}); expected stiffness and mass of "
+            "one body with the places of its nodes"
         ) from error

@@ -1,6 +1,7 @@
 """State of a watch as one file: numbers bit for bit, no code in it; a watch goes on from it."""
 
 import json
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -39,6 +40,9 @@ _BAD = (
     EOFError,
     zipfile.BadZipFile,
     zlib.error,
+    # Of numpy, which reads the header of an array as Python.
+    SyntaxError,
+    tokenize.TokenError,
 )
 
 

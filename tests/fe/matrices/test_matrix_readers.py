@@ -7,6 +7,7 @@ unsymmetric Harwell-Boeing file.
 
 import re
 import struct
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 from pyyeti.nastran import bulk, op4
 
+from carrierflex.diagnosis.carrier.watch.state_files import read_state
 from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
 from carrierflex.fe.matrices.matrix_files import read_matrix
@@ -270,6 +272,18 @@ def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, to
         read_matrix(path, "stiffness")
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_an_npz_whose_array_has_no_readable_head_is_refused(tmp_path):
+    """numpy reads the head of an array as Python, whose tokenizer has an error of its own."""
+    head = b"{'descr': '<f8', (".ljust(53) + b"\n"
+    part = b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head
+    with zipfile.ZipFile(tmp_path / "k.npz", "w") as archive:
+        archive.writestr("format.npy", part)
+    with pytest.raises(ValueError, match=r"k\.npz: "):
+        read_matrix(tmp_path / "k.npz", "stiffness")
+    with pytest.raises(ValueError, match=r"k\.npz: is no state of a watch"):
+        read_state(tmp_path / "k.npz", None, None, "key")
 
 
 @pytest.mark.parametrize("layout", ["csr", "csc", "coo"])

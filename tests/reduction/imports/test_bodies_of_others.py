@@ -1,6 +1,7 @@
 """Bodies of other programs: what they wrote, what their words mean, and what this program wrote."""
 
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -209,6 +210,16 @@ def test_places_of_grids_do_not_ground_the_body(tmp_path, reduction):
     moved = replace(model, pilots={name: p + shift for name, p in model.pilots.items()})
     write_op4(moved, tmp_path / "bar.op4")
     assert grounding(read_any_body(tmp_path / "bar.op4").model) < 1e-11
+
+
+def test_places_that_no_body_has_are_of_the_files_beside_the_matrices_too(tmp_path, reduction):
+    write_op4(reduction.model, tmp_path / "bar.op4")
+    deck = tmp_path / "bar.asm"
+    grid = re.search(r"(?m)^GRID\*.*?1(?: +)0 (\S+)", deck.read_text())
+    text = deck.read_text()
+    deck.write_text(text[: grid.start(1)] + "1e308".ljust(len(grid[1])) + text[grid.end(1) :])
+    with pytest.raises(ValueError, match=r"bar\.op4, with bar\.asm and bar\.pch: its numbers make"):
+        read_any_body(tmp_path / "bar.op4")
 
 
 @pytest.mark.long
