@@ -3,6 +3,7 @@
 In this process, in processes of this machine, or on a Dask cluster.
 """
 
+import os
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from carrierflex.workflows.interruption import (
     end_children,
     interruption_deferred,
 )
+from carrierflex.workflows.threads import THREAD_VARIABLES, limit_threads
 
 #: Seconds to wait for a scheduler that does not answer.
 _CONNECT_TIMEOUT = 10.0
@@ -92,12 +94,20 @@ class _Processes(ProcessPoolExecutor):
     def __init__(self, workers: int) -> None:
         # Fresh processes: forked ones inherit the locks of running threads (MKL, gmsh).
         context = get_context("spawn")
-        super().__init__(workers, mp_context=context, initializer=end_between_calls)
+        n_threads = max(1, (os.cpu_count() or 1) // workers)
+        super().__init__(workers, mp_context=context, initializer=_begin, initargs=(n_threads,))
 
     def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
         """Run the call in one of the processes."""
         with interruption_deferred():
             return super().submit(call_or_end, function, *arguments, **options)
+
+
+def _begin(n_threads: int) -> None:
+    """Begin a process that shares the cores with others: fewer threads, where none are stated."""
+    end_between_calls()
+    if not os.environ.keys() & set(THREAD_VARIABLES):
+        limit_threads(n_threads)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from carrierflex.workflows.executors import other_processes, work_executor
+from carrierflex.workflows.threads import THREAD_VARIABLES
 
 
 def _squared_slowly(number: int) -> tuple[int, int]:
@@ -34,6 +35,23 @@ def test_results_come_in_order_whatever_runs_them(workers):
             16,
             25,
         ]
+
+
+def _blas_threads() -> set[int]:
+    import scipy.linalg  # noqa: F401
+    from threadpoolctl import ThreadpoolController
+
+    blas = ThreadpoolController().select(internal_api="openblas").lib_controllers
+    return {library.num_threads for library in blas}
+
+
+@pytest.mark.slow
+def test_processes_share_the_cores(monkeypatch):
+    """Two processes of two threads each on two cores wait for one another."""
+    for name in THREAD_VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    with other_processes(os.cpu_count()) as executor:
+        assert executor.submit(_blas_threads).result() == {1}
 
 
 def test_an_error_of_one_call_reaches_the_caller():

@@ -1,7 +1,5 @@
 """Options that every command has: what is said, what is logged, how many threads work."""
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -10,17 +8,8 @@ from cyclopts import Group, Parameter
 
 from carrierflex.workflows.shell.help_screen import show_in_one_paragraph
 from carrierflex.workflows.shell.logs import log_into, say_more
+from carrierflex.workflows.threads import limit_threads
 
-#: What libraries read their number of threads from when they are loaded: BLAS of any make, numba,
-#: Arrow, VTK. Processes that work for this one take it over.
-THREAD_VARIABLES = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-    "ARROW_IO_THREADS",
-    "VTK_SMP_MAX_THREADS",
-)
 _GROUP = Group("Options of every command", sort_key=1, help_formatter=show_in_one_paragraph)
 
 
@@ -57,19 +46,3 @@ class SharedOptions:
             say_more()
         if self.log_file is not None:
             log_into(self.log_file)
-
-
-def limit_threads(n_threads: int) -> None:
-    """Limit the threads of libraries that are loaded from now on, and of those that are already."""
-    if n_threads < 1:
-        raise ValueError(f"--threads is {n_threads}; expected 1 or more")
-    os.environ |= dict.fromkeys(THREAD_VARIABLES, str(n_threads))
-    if "numpy" in sys.modules:
-        from threadpoolctl import threadpool_limits
-
-        threadpool_limits(n_threads)
-    if "pyarrow" in sys.modules:
-        import pyarrow
-
-        pyarrow.set_cpu_count(n_threads)
-        pyarrow.set_io_thread_count(n_threads)
