@@ -33,13 +33,12 @@ def ratios(size: float = 0.045) -> Iterator[Row]:
     size
         Element edge length [m].
     """
-    compile_kernels()
     if factorisation._mkl_library() is None:
         yield Absent("MKL", "the package mkl is not installed")
         return
     structure = free_structure(completed_mesh(half_mesh(size)))
     case = f"free mesh of {structure.K.shape[0]} unknowns"
-    # CHOLMOD first, as where MKL is not installed: beside MKL's threads those of its BLAS are slow.
+    # CHOLMOD first, as where MKL is not installed: beside MKL's threads its BLAS is slow.
     cholmod = _reduced(structure, factorisation._Cholmod)
     mkl = _reduced(structure, factorisation._Pardiso)
     wanted = at_least(1.0 / 1.5)
@@ -52,6 +51,7 @@ def _reduced(structure: StructuralModel, library: type) -> Measured[Any]:
     usual = factorisation._factoriser
     factorisation._factoriser = lambda: library  # type: ignore[assignment]
     try:
+        compile_kernels()
         return measured(lambda: craig_bampton(structure, N_MODES))
     finally:
         factorisation._factoriser = usual
