@@ -33,12 +33,12 @@ def ratios(size: float = 0.045) -> Iterator[Row]:
     size
         Element edge length [m].
     """
-    if factorisation._mkl_library() is None:
+    # Looked for, not loaded: beside the threads of a loaded MKL, CHOLMOD's BLAS is slow.
+    if factorisation._packaged_library("mkl", "libmkl_rt.so") is None:
         yield Absent("MKL", "the package mkl is not installed")
         return
     structure = free_structure(completed_mesh(half_mesh(size)))
     case = f"free mesh of {structure.K.shape[0]} unknowns"
-    # CHOLMOD first, as where MKL is not installed: beside MKL's threads its BLAS is slow.
     cholmod = _reduced(structure, factorisation._Cholmod)
     mkl = _reduced(structure, factorisation._Pardiso)
     wanted = at_least(1.0 / 1.5)
