@@ -186,7 +186,8 @@ def _extrapolation(search: LawFits, accepted: Effects) -> float:
     for effects in ((), accepted):
         fit = search.score(effects).fit
         theta = fold_theta(problem, fit, fold)
-        squares.append(problem.squares(effects, theta, fold.held_out)[fold.held_out].sum())
+        # The fit may hold the same effects in another order.
+        squares.append(problem.squares(fit.effects, theta, fold.held_out)[fold.held_out].sum())
     return float(np.sqrt(squares[1] / squares[0]))
 
 

@@ -51,6 +51,14 @@ def test_explained_shares_of_orthogonal_columns_add_up():
     assert_allclose(shares[0] / shares[1], A**2 / B**2, rtol=1e-9)
 
 
+def test_the_order_in_which_effects_are_named_changes_nothing():
+    """A fit holds its effects sorted: values of one are not those of another."""
+    problem = linear_problem(TRUTH, noise_std=NOISE)
+    one, other = (reduced(problem, accepted) for accepted in (("a", "b"), ("b", "a")))
+    assert_allclose(other.extrapolation_rho, one.extrapolation_rho, rtol=1e-9)
+    assert_allclose(other.rho, one.rho, rtol=1e-9)
+
+
 def test_where_all_blocks_are_alike_the_intervals_are_points(reduction):
     assert_allclose(reduction.rho_ci95, reduction.rho, rtol=1e-9)
     assert_allclose(reduction.phi_ci95, reduction.phi, rtol=1e-9)
