@@ -16,7 +16,7 @@ from carrierflex.workflows.interruption import (
     end_children,
     interruption_deferred,
 )
-from carrierflex.workflows.threads import THREAD_VARIABLES, limit_threads
+from carrierflex.workflows.shell.threads import THREAD_VARIABLES, limit_threads
 
 #: Seconds to wait for a scheduler that does not answer.
 _CONNECT_TIMEOUT = 10.0

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from carrierflex.workflows.executors import other_processes, work_executor
-from carrierflex.workflows.threads import THREAD_VARIABLES
+from carrierflex.workflows.shell.threads import THREAD_VARIABLES
 
 
 def _squared_slowly(number: int) -> tuple[int, int]:

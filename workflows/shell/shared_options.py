@@ -8,7 +8,7 @@ from cyclopts import Group, Parameter
 
 from carrierflex.workflows.shell.help_screen import show_in_one_paragraph
 from carrierflex.workflows.shell.logs import log_into, say_more
-from carrierflex.workflows.threads import limit_threads
+from carrierflex.workflows.shell.threads import limit_threads
 
 _GROUP = Group("Options of every command", sort_key=1, help_formatter=show_in_one_paragraph)
 
