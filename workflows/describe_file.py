@@ -6,6 +6,7 @@ own where its library can be brought down.
 
 import struct
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -454,6 +455,18 @@ def _matrix(path: Path) -> FileDescription:
     return FileDescription(path, "matrix of another program", figures, "", _lines(commands, path))
 
 
+#: What zip raises of damaged, encrypted and otherwise packed members.
+_DAMAGED_ARCHIVE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    RuntimeError,
+    ValueError,
+    LookupError,
+    EOFError,
+    OSError,
+)
+
+
 def _fmu(path: Path) -> FileDescription:
     from xml.etree import ElementTree
 
@@ -461,7 +474,7 @@ def _fmu(path: Path) -> FileDescription:
         with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as stored:
             root = ElementTree.fromstring(stored.read(10_000_000))
             binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
-    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, OSError) as error:
+    except (*_DAMAGED_ARCHIVE, ElementTree.ParseError) as error:
         raise ValueError(f"{path}: not an FMU ({' '.join(str(error).split())})") from error
     figures = {
         "FMI version": root.get("fmiVersion", ""),

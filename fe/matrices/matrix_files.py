@@ -66,7 +66,7 @@ _PARTS = {
 #: All arrays may be this many times as large as the file, and this large whatever is stored
 #: [bytes]. One of equal numbers packs better, but never all three.
 _PACKED, _SMALL = 100, 100_000
-#: What zip and numpy raise of damaged files, besides ValueError.
+#: What zip and numpy raise of damaged or encrypted files, besides ValueError.
 _DAMAGED = (
     zipfile.BadZipFile,
     zlib.error,
@@ -79,6 +79,7 @@ _DAMAGED = (
     OverflowError,
     SyntaxError,
     tokenize.TokenError,
+    RuntimeError,
     MemoryError,
 )
 

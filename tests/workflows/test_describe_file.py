@@ -2,6 +2,7 @@
 
 import json
 import struct
+import zipfile
 
 import meshio
 import numpy as np
@@ -122,6 +123,18 @@ def test_all_formats_name_commands_that_exist():
 
 
 @pytest.mark.long
+def test_an_encrypted_archive_is_refused_by_name(tmp_path):
+    path = tmp_path / "a.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", "<fmiModelDescription/>")
+    content = bytearray(path.read_bytes())
+    for signature, flags in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        content[content.index(signature) + flags] |= 1
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.fmu: not an FMU \(.*encrypted"):
+        main(path)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
