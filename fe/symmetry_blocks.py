@@ -14,6 +14,8 @@ three planets the blocks have n/6, n/6 and n/3; of four planets four have n/8 an
 serves both partners, which have equal matrices.
 """
 
+import functools
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -203,8 +205,7 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
 
 def _energy(matrix: sp.csr_array, parts: list[sp.csr_array]) -> sp.csr_array:
     """``Σ_j T_jᵀ A T_j``, symmetric to rounding."""
-    total = sum(sp.csr_array(T_j.T) @ matrix @ T_j for T_j in parts)
-    return sp.csr_array(total)
+    return functools.reduce(operator.add, (sp.csr_array(T_j.T) @ matrix @ T_j for T_j in parts))
 
 
 def _rigid_modes(

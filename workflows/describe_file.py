@@ -6,12 +6,12 @@ own where its library can be brought down.
 
 import struct
 import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import printable
 from carrierflex.files.toml_files import TomlKind, toml_document
@@ -455,18 +455,6 @@ def _matrix(path: Path) -> FileDescription:
     return FileDescription(path, "matrix of another program", figures, "", _lines(commands, path))
 
 
-#: What zip raises of damaged, encrypted and otherwise packed members.
-_DAMAGED_ARCHIVE = (
-    zipfile.BadZipFile,
-    zlib.error,
-    RuntimeError,
-    ValueError,
-    LookupError,
-    EOFError,
-    OSError,
-)
-
-
 def _fmu(path: Path) -> FileDescription:
     from xml.etree import ElementTree
 
@@ -474,7 +462,7 @@ def _fmu(path: Path) -> FileDescription:
         with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as stored:
             root = ElementTree.fromstring(stored.read(10_000_000))
             binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
-    except (*_DAMAGED_ARCHIVE, ElementTree.ParseError) as error:
+    except (*DAMAGED_ARCHIVE, ValueError, RuntimeError) as error:
         raise ValueError(f"{path}: not an FMU ({' '.join(str(error).split())})") from error
     figures = {
         "FMI version": root.get("fmiVersion", ""),

@@ -106,7 +106,7 @@ class _Processes(ProcessPoolExecutor):
 def _begin(n_threads: int) -> None:
     """Begin a process that shares the cores with others: fewer threads, where none are stated."""
     end_between_calls()
-    if not os.environ.keys() & set(THREAD_VARIABLES):
+    if not any(name in os.environ for name in THREAD_VARIABLES):
         limit_threads(n_threads)
 
 

@@ -276,7 +276,8 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     positive = float(np.abs(y[(x > 0.0) & both]).max(initial=0.0))
     negative = float(np.abs(y[(x < 0.0) & both]).max(initial=0.0))
     weaker, stronger = sorted((negative, positive))
-    is_unequal = weaker < _STRONGER * stronger
+    # A force that is zero as far as that says nothing of the side that did not go further.
+    is_unequal = stronger >= _ZERO * top and weaker < _STRONGER * stronger
     sizes = (positive, negative) if is_unequal else (float(x[-1]), -float(x[0]))
     side = x > 0.0 if sizes[0] >= sizes[1] else x < 0.0
     words = []
@@ -293,7 +294,7 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     bending = _bending(x[outer], y[outer])
     if not power:
         words.append(f"{bending} above" if words else bending)
-    if weaker < _ONE_SIDED * stronger:
+    if is_unequal and weaker < _ONE_SIDED * stronger:
         words.append("one side only")
     elif is_unequal:
         words.append(f"{weaker / stronger:.0%} as strong on the other side")

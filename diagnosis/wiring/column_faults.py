@@ -42,11 +42,12 @@ _Filter = Callable[[float, FloatArray, FloatArray], FloatArray]
 SCREENED = 0.5
 #: What a fault leaves over what the best leaves, up to which the simpler one is taken.
 SIMPLER = 1.2
-#: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
+#: Times [s] of a filter, or a delay, of all channels over the step, as powers of two; samples of a
+#: filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
 #: Delay and time of a filter of a load, over the times above.
 _LATE_AND_FILTERED = np.array([(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
-#: Refits at most that seek its size, and octaves to which they seek it: two digits.
+#: Refits at most that seek the size of a filter, and octaves to which they seek it: two digits.
 _MOST_REFITS, _OCTAVES = 10, 0.015
 #: Where a channel saturates, over its largest reading, at least.
 _BEYOND = 1.001

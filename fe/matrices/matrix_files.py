@@ -2,10 +2,7 @@
 
 import io
 import re
-import struct
-import tokenize
 import zipfile
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +24,7 @@ from carrierflex.fe.matrices.stored_matrix import (
     refuse_twice,
 )
 from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
+from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
@@ -66,22 +64,8 @@ _PARTS = {
 #: All arrays may be this many times as large as the file, and this large whatever is stored
 #: [bytes]. One of equal numbers packs better, but never all three.
 _PACKED, _SMALL = 100, 100_000
-#: What zip and numpy raise of damaged or encrypted files, besides ValueError.
-_DAMAGED = (
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-    KeyError,
-    IndexError,
-    TypeError,
-    OSError,
-    EOFError,
-    OverflowError,
-    SyntaxError,
-    tokenize.TokenError,
-    RuntimeError,
-    MemoryError,
-)
+#: What zip and numpy raise of damaged files, besides ValueError.
+_DAMAGED = (*DAMAGED_ARCHIVE, TypeError, OverflowError, MemoryError)
 
 
 #: ``(1P,3E26.18)``, ``(8I10)``, ``(4D20.12)``: repeat count, kind and width.

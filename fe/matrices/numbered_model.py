@@ -94,8 +94,8 @@ def _named(
 ) -> tuple[sp.csr_array, sp.csr_array, DofNames]:
     if stiffness.dofs is not None and mass.dofs is not None:
         return _united(stiffness, mass)
-    n = max(stiffness.A.shape[0], mass.A.shape[0])
-    stiffness, mass = (_with_rows(matrix, n) for matrix in (stiffness, mass))
+    most = max(stiffness.A.shape[0], mass.A.shape[0])
+    stiffness, mass = (_with_rows(matrix, most) for matrix in (stiffness, mass))
     n = stiffness.A.shape[0]
     if mass.A.shape[0] != n:
         raise ValueError(

@@ -12,7 +12,7 @@ from carrierflex.reduction.imports.exudyn_input_files import read_exudyn
 from carrierflex.reduction.imports.imported_body import UNIT_SYSTEMS, ImportedBody, in_si
 from carrierflex.reduction.imports.sid_input_files import read_sid
 from carrierflex.reduction.imports.superelement_files import (
-    PARTNERS,
+    partners_of,
     read_simscape,
     read_superelement,
 )
@@ -73,8 +73,7 @@ def read_any_body(path: Path, units: str = "m-N") -> ImportedBody:
             imported = _READERS[name](path)
             return ImportedBody(in_si(imported.model, units), imported.losses)
     except (FloatingPointError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning) as error:
-        partners = PARTNERS[path.suffix.isupper()] if suffix == ".op4" else ()
-        names = [path.with_suffix(partner).name for partner in partners]
+        names = [partner.name for partner in partners_of(path)]
         files = f", with {' and '.join(names)}" if names else ""
         raise ValueError(
             f"{path}{files}: its numbers make no body ({error}); expected stiffness and mass of "

@@ -45,7 +45,7 @@ _NAMED = re.compile(r"^\$ (Grid|Spoint) (\d{1,12}): (?:pilot )?(.+?)\s*$", re.MU
 _TITLE = re.compile(r"^\$ Reduced body (.{1,200}?), Craig-Bampton, written by carrierflex", re.M)
 _MOST_BYTES = 4_000_000_000
 #: Beside .op4 and .OP4: grids, and the order of the rows.
-PARTNERS = (".asm", ".pch"), (".ASM", ".PCH")
+_PARTNERS = (".asm", ".pch"), (".ASM", ".PCH")
 _NO_INVARIANTS = (
     "matrices alone hold no inertia invariants: mbdyn and sid cannot be written of them"
 )
@@ -63,6 +63,13 @@ class _Matrices:
     layout: DofLayout
 
 
+def partners_of(path: Path) -> tuple[Path, ...]:
+    """Files that belong to a .op4: its grids and the order of its rows; none of another file."""
+    if path.suffix.lower() != ".op4":
+        return ()
+    return tuple(map(path.with_suffix, _PARTNERS[path.suffix.isupper()]))
+
+
 def read_superelement(path: Path) -> ImportedBody:
     """Body of a Nastran superelement.
 
@@ -77,10 +84,10 @@ def read_superelement(path: Path) -> ImportedBody:
     FileNotFoundError, ValueError
         Where a file is missing or damaged, or they make no body; one line that names the file.
     """
-    is_op4 = path.suffix.lower() == ".op4"
     deck, files = path, str(path)
-    if is_op4:
-        deck, order = map(path.with_suffix, PARTNERS[path.suffix.isupper()])
+    is_op4 = bool(partners := partners_of(path))
+    if partners:
+        deck, order = partners
         files = f"{path} with {deck.name} and {order.name}"
     stored = [read_matrix(path, quantity) for quantity in ("stiffness", "mass")]
     if stored[0].A.shape == stored[1].A.shape and not (stored[0].A - stored[1].A).nnz:

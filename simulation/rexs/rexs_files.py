@@ -11,13 +11,13 @@ import io
 import json
 import re
 import zipfile
-import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.versions import software_name
@@ -42,16 +42,7 @@ _MODEL_NAME = re.compile(r"\.(rexs|rexsj|rexs\.xml|rexs\.json)$", re.IGNORECASE)
 _NO_VALUE = ("id", "unit")
 
 #: What a damaged file raises.
-_BAD = (
-    ValueError,
-    LookupError,
-    OSError,
-    EOFError,
-    ElementTree.ParseError,
-    zipfile.BadZipFile,
-    zlib.error,
-    RuntimeError,
-)
+_BAD = (*DAMAGED_ARCHIVE, ValueError, RuntimeError)
 
 #: New values [SI] of one load case: by component and attribute.
 Results = Mapping[int, Mapping[str, float]]

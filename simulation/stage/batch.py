@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.response import StageDivergedError
@@ -93,7 +92,6 @@ def rms_of_signals(pieces: Iterator[StageResponse]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(square / n_samples), dtype=np.float64)
 
 
-@one_dense_thread()
 def _summaries(
     run: Callable[[SteadyLoad], Iterator[StageResponse]],
     loads: Sequence[SteadyLoad],

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.simulation.stage.contact_laws import (
     mesh_stiffness_over,
     spline_energy,
@@ -190,20 +189,19 @@ def run_stage(
         count = min(CHUNK, n_kept - first)
         middles = (first * every + np.arange(count * every) + 0.5) * h
         loads = _checked(drive(np.asarray(middles, np.float64)))
-        # Small products in long loops: with more threads they wait for each other.
-        with one_dense_thread():
-            x_kept, y_kept, work, done, unsettled = advance(
-                matrices, x, y, motion @ model.channels.B, model.channels.free, loads, every
-            )
-            time = (first + 1 + np.arange(len(x_kept))) / sample_rate
-            stored = stored_energy(stage, x_kept, y_kept) - reference
-            energy = np.concatenate([spent + work, stored[:, None]], axis=1)
-            c, c_rate = x_kept @ motion, y_kept @ motion
+        x_kept, y_kept, work, done, unsettled = advance(
+            matrices, x, y, motion @ model.channels.B, model.channels.free, loads, every
+        )
+        time = (first + 1 + np.arange(len(x_kept))) / sample_rate
+        stored = stored_energy(stage, x_kept, y_kept) - reference
+        energy = np.concatenate([spent + work, stored[:, None]], axis=1)
+        c = x_kept @ motion
         runaway = np.flatnonzero(~(np.abs(c[:, 1:]) < _RUN_AWAY).all(axis=1))
         kept = runaway[0] if len(runaway) else len(c)
         if kept:
             instants = _checked(drive(time[:kept]))
-            yield StageRecord(time[:kept], c[:kept], c_rate[:kept], instants, energy[:kept])
+            c_rate = y_kept[:kept] @ motion
+            yield StageRecord(time[:kept], c[:kept], c_rate, instants, energy[:kept])
         if kept < count:
             if kept < len(c):
                 raise StageDivergedError(time[kept], _largest(model, c[kept]))

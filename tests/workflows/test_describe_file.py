@@ -122,7 +122,6 @@ def test_all_formats_name_commands_that_exist():
             assert command_in(line.split()) in COMMANDS, line
 
 
-@pytest.mark.long
 def test_an_encrypted_archive_is_refused_by_name(tmp_path):
     path = tmp_path / "a.fmu"
     with zipfile.ZipFile(path, "w") as archive:
@@ -135,6 +134,7 @@ def test_an_encrypted_archive_is_refused_by_name(tmp_path):
         main(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [

@@ -239,7 +239,8 @@ def main(
         after=_side(after),
         text=after.reason,
     )
-    _remove(out, *([] if changes else [PARAMETERS_FILE]))
+    if not changes:
+        _remove(out, PARAMETERS_FILE)
     if after.reduction is None:
         _remove(out, CHANGE)
     else:

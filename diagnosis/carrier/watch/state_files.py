@@ -1,9 +1,6 @@
 """State of a watch as one file: numbers bit for bit, no code in it; a watch goes on from it."""
 
 import json
-import tokenize
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,7 @@ from carrierflex.diagnosis.carrier.watch.turbine_watch import (
     TurbineWatch,
     WatchOptions,
 )
+from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.json_files import plain
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
@@ -29,21 +27,7 @@ FORMAT, VERSION = "carrierflex-watch-state", 1
 _NUMBERS = ("position", "floor", "threshold", "revolutions_a_day")
 _COUNTS = ("n_revolutions", "n_omitted", "n_needed", "n_recent")
 #: What a damaged file raises.
-_BAD = (
-    OSError,
-    ValueError,
-    LookupError,
-    TypeError,
-    ArithmeticError,
-    RuntimeError,
-    MemoryError,
-    EOFError,
-    zipfile.BadZipFile,
-    zlib.error,
-    # Of numpy, which reads the header of an array as Python.
-    SyntaxError,
-    tokenize.TokenError,
-)
+_BAD = (*DAMAGED_ARCHIVE, ValueError, TypeError, ArithmeticError, RuntimeError, MemoryError)
 
 
 def write_state(path: Path, watch: TurbineWatch, key: str) -> None:

@@ -323,6 +323,11 @@ def test_sides_of_a_spring_are_compared_at_the_same_deflection():
     assert "50% as strong on the other side" in shape_words(
         "restoring_force", x, unequal, ("m", "N")
     )
+    # Nothing is known of a stop on a side that did not go that far, whatever the noise says.
+    stop = np.maximum(-x - 0.7, 0.0) + 1e-4 * np.where(x > 0.0, x, 0.1 * x)
+    words = shape_words("restoring_force", x, stop, ("m", "N"))
+    assert "side" not in words
+    assert "zero below 0.7" in words
 
 
 def sweep_campaign(law):
