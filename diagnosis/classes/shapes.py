@@ -201,11 +201,11 @@ def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
 _ZERO = 0.05
 #: Ratio of both sides from which a curve is called one-sided, or stronger on one side.
 _ONE_SIDED, _STRONGER = 0.15, 0.8
-#: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
 #: Word of the field for a force that steps where the speed changes its sign, the share of the force
 #: at the largest speed from which half the step is named, and the factor by which the force may
 #: change over the speeds and be called constant.
 DRY_FRICTION, _STEP, _CHANGES = "dry friction", 0.15, 1.1
+#: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
 _CURVED = 1.3
 #: Distance beyond a gap, as a share of the deflection, below which it is not taken: its logarithm.
 _NEXT = 0.01
@@ -279,26 +279,34 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     # A force that is zero as far as that says nothing of the side that did not go further.
     is_unequal = stronger >= _ZERO * top and weaker < _STRONGER * stronger
     sizes = (positive, negative) if is_unequal else (float(x[-1]), -float(x[0]))
-    side = x > 0.0 if sizes[0] >= sizes[1] else x < 0.0
+    side = np.flatnonzero(x > 0.0 if sizes[0] >= sizes[1] else x < 0.0)
+    side = side[np.argsort(np.abs(x[side]))]
+    d, f = np.abs(x[side]), y[side] * np.sign(x[side])
     words = []
-    inside = side & (np.abs(y) < _ZERO * top)
-    far = float(np.abs(x[inside]).max(initial=0.0))
-    power = _power(np.abs(x[side]), np.abs(y[side]), far)
-    if power:
+    # From rest on: a curve that changes its sign far out is zero there once more.
+    n_inside = int(np.argmax(np.abs(f) >= _ZERO * top))
+    far = float(d[n_inside - 1]) if n_inside else 0.0
+    power = _power(d, np.abs(f), far)
+    changes_sign = min(float(f.max(initial=0.0)), -float(f.min(initial=0.0))) > _ONE_SIDED * top
+    if changes_sign:
+        # The baseline's spring took a line of it: where it begins to rise says nothing.
+        ends = sorted((int(np.argmin(f)), int(np.argmax(f))))
+        at = [f"{_sized(float(f[k]), units[1])} at {_sized(float(d[k]), units[0])}" for k in ends]
+        words += [f"{at[0]}, then {at[1]}, beside the baseline's spring"]
+    elif power:
         towards = "stiffening" if float(np.sum(x * y)) > 0.0 else "softening"
         words.append(f"{towards} as the power {power:.1f} of the deflection")
-        far = 0.0
     elif far > 0.05 * float(np.abs(x).max()):
         words.append(f"zero below {_sized(far, units[0])}")
-    outer = np.flatnonzero(side & (np.abs(x) >= far))
-    bending = _bending(x[outer], y[outer])
-    if not power:
-        words.append(f"{bending} above" if words else bending)
+        words.append(f"{_bending(d[n_inside - 1 :], f[n_inside - 1 :])} above")
+    else:
+        words.append(_bending(d, f))
     if is_unequal and weaker < _ONE_SIDED * stronger:
         words.append("one side only")
     elif is_unequal:
         words.append(f"{weaker / stronger:.0%} as strong on the other side")
-    words.append(f"up to {_sized(top, units[1])}")
+    if not changes_sign:
+        words.append(f"up to {_sized(top, units[1])}")
     return ", ".join(words)
 
 
@@ -320,12 +328,10 @@ def _power(d: FloatArray, f: FloatArray, gap: float) -> float:
     return power if power > _CURVED and square < beyond else 0.0
 
 
-def _bending(x: FloatArray, y: FloatArray) -> str:
+def _bending(d: FloatArray, f: FloatArray) -> str:
     """Whether a force grows with deflection or falls, and how."""
-    if x.size < 4:
+    if d.size < 4:
         return "too short to say"
-    order = np.argsort(np.abs(x))
-    d, f = np.abs(x[order]), y[order] * np.sign(x[order])
     half = d.size // 2
     first = np.polyfit(d[: half + 1], f[: half + 1], 1)[0]
     second = np.polyfit(d[half:], f[half:], 1)[0]
@@ -385,8 +391,9 @@ def _memory_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     start = float(y[0])
     if start <= 0.0:
         return "no relaxation"
-    half = float(x[int(np.argmax(y < 0.5 * start))])
-    return f"relaxes from {_sized(start, units[1])}, half of it after {half:.3g} s"
+    below = np.flatnonzero(y < 0.5 * start)
+    half = f"after {float(x[below[0]]):.3g} s" if below.size else f"later than {float(x[-1]):.3g} s"
+    return f"relaxes from {_sized(start, units[1])}, half of it {half}"
 
 
 def _coupled_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:

@@ -330,6 +330,22 @@ def test_sides_of_a_spring_are_compared_at_the_same_deflection():
     assert "zero below 0.7" in words
 
 
+def test_a_branch_that_relaxes_slower_than_the_records_has_no_time_of_half():
+    t = np.geomspace(1e-3, 1.0, 81)
+    words = [shape_words("memory", t, np.exp(-t / tau), ("s", "N/m")) for tau in (0.1, 10.0)]
+    assert words[0].endswith("half of it after 0.075 s")
+    assert words[1].endswith("half of it later than 1 s")
+
+
+def test_free_play_beside_a_spring_that_was_fitted_with_it_is_not_zero_where_the_curve_crosses():
+    """A play of 0.4 mm: the fitted spring is too soft, the curve crosses zero far outside."""
+    x = np.linspace(0.0, 10e-3, 81)
+    play = -2.4e7 * np.minimum(x, 0.4e-3) + 1.9e6 * x
+    words = shape_words("restoring_force", x, play, ("m", "N"))
+    assert words.startswith("-8.65 kN at 0.5 mm, then 9.4 kN at 10 mm")
+    assert "zero" not in words
+
+
 def sweep_campaign(law):
     """Force sweeps through the resonance and far beyond it, where the motion sinks into noise."""
     rng = np.random.default_rng(3)
