@@ -153,7 +153,11 @@ class Block:
                 return q, friction
             sticks = np.diag(np.where(np.abs(friction) < Fy, Kp, 0.0))
             tangent = self.K + self._of_elements(self._slopes_at_rest(u)[0] + sticks)
-            q = q + np.linalg.solve(tangent, residual)
+            try:
+                step = np.linalg.solve(tangent, residual)
+            except np.linalg.LinAlgError:  # In free play no spring acts: the linear one leads out.
+                step = np.linalg.solve(self.K, residual)
+            q = q + step
         raise ArithmeticError(
             f"no static equilibrium under torque, ntl_y, ntl_z = {loads}; residual {residual}"
         )

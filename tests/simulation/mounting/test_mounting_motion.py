@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.simulation.laws import Law, Table
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import packed_laws
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -206,3 +208,19 @@ def test_inputs_on_an_uneven_grid_give_the_signals_at_their_own_times():
     bend = np.abs(np.diff(whole, 2, axis=0)).max() * 400.0**2
     assert_allclose(part, whole[kept], rtol=0.0, atol=2.0 * 0.0075**2 / 8.0 * bend)
     assert 2.0 * 0.0075**2 / 8.0 * bend < 5e-3 * np.abs(whole).max()
+
+
+def test_free_play_of_the_bushings_adds_to_the_static_roll():
+    """Within the play no spring acts: the roll begins with the play over the lever of a bushing."""
+    play = 0.4e-3
+    ends = np.array([-1.0, -play, play, 1.0])
+    no_spring = Table("both", ends, -20.2e6 * np.clip(ends, -play, play), "apart")
+    law = Law("play", "mounting", "restoring_force", ("N", "m"), (no_spring,))
+    inputs = slow_inputs(torque=100e3)
+    model = mounting_model(
+        RIG, parameter_array(RIG), inputs.loads, inputs.step, tables=packed_laws([(law, 1.0)])
+    )
+    vertical = model.blocks[0]
+    roll = vertical.static_solution(np.array([100e3, 0.0, 0.0]))[0][vertical.names.index("theta_x")]
+    carried = (1.0 - 1.0 / 81.491) * 100e3
+    assert_allclose(roll, carried / (2.0 * 20.2e6 * 0.75**2) + play / 0.75, rtol=1e-9)
