@@ -60,6 +60,7 @@ from carrierflex.diagnosis.wiring.refits import (
     RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
+    WRAPPED,
     ClockDrift,
     GapSquare,
     PredictedRecord,
@@ -124,7 +125,9 @@ _MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
-_OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED), ("detrended", AC_COUPLED))
+_OF_RECORDS = (
+    ("unit", UNIT), ("wrapped", WRAPPED), ("rectified", RECTIFIED), ("detrended", AC_COUPLED),
+)  # fmt: skip
 #: What is at fault in a way that no kind of fault explains.
 _OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.
@@ -341,7 +344,8 @@ def with_findings(
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if diagnosis.verdict != AT_NOISE_FLOOR:
-        as_good |= {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
+        # What the records show by themselves is surer than what a refit explains.
+        as_good = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts} | as_good
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
         # What a corrected record explains is no noise.

@@ -74,7 +74,7 @@ def unforeseen_faults() -> tuple[Fault, ...]:
         Of channels, of one run and of the load.
     """
     return (
-        Fault("reading wraps around", "70 %", _each(_wrapped), (*_CHANNEL, "clipping", "outliers")),
+        Fault("stretch logged twice", "10 %", _first(_logged_twice), (*_RUN, *_CLOCK)),
         Fault("range switched in a run", "x1.3", _first(_range_switched), (*_CHANNEL, *_RUN)),
         Fault("halves of a run exchanged", "-", _first(_halves_exchanged), (*_RUN, *_CLOCK)),
         Fault("load cell with hysteresis", "5 %", _each(_load_with_play), (*_LOAD, *_CLOCK)),
@@ -98,6 +98,7 @@ def _of_channels() -> Iterator[Fault]:
     yield Fault("sampling jitter", "half a step", _each(_jittered), jitter)
     yield Fault("resampled by a spline", "0.45", _each(_resampled), ("declared_noise",))
     yield Fault("soft saturation", "1.2", _saturated, (*_CHANNEL, "clipping"))
+    yield Fault("reading wraps around", "70 %", _each(_wrapped), (*_CHANNEL, "wrapped"))
     yield Fault("channels detrended", "-", _each(_detrended), ("wiring/ac_coupled", *_DRIFT))
     yield Fault("gain drifts in one run", "10 %", _first(_gain_drifts), (*_CHANNEL, *_RUN))
 
@@ -343,6 +344,16 @@ def _halves_exchanged(campaign: Campaign, run: Run, rng: np.random.Generator) ->
     signals = {
         name: np.concatenate([values[half:], values[:half]]) for name, values in run.signals.items()
     }
+    return replace(run, signals=signals)
+
+
+def _logged_twice(campaign: Campaign, run: Run, rng: np.random.Generator) -> Run:
+    """A buffer that was written twice: all channels repeat a tenth of the run, the next is lost."""
+    n = run.time.size // 10
+    again = slice(6 * n, 7 * n)
+    signals = {name: values.copy() for name, values in run.signals.items()}
+    for values in signals.values():
+        values[again] = values[5 * n : 6 * n]
     return replace(run, signals=signals)
 
 

@@ -44,6 +44,7 @@ RIG_LENGTH = "wiring/rig_length"
 DRIFT = "wiring/drift"
 #: Readings spoilt sample by sample.
 RECTIFIED = "wiring/rectified"
+WRAPPED = "wiring/wrapped"
 JITTER = "wiring/jitter"
 LOAD_NOISE = "wiring/load_noise"
 DECLARED_NOISE = "wiring/declared_noise"
@@ -85,6 +86,7 @@ _FAULT_WORDS = {
     RIG_LENGTH: "a length of the rig",
     RUN: "one run",
     RUN_OF_LOAD: "the only run with a load",
+    WRAPPED: "a reading beyond its range",
 }
 
 

@@ -1,6 +1,7 @@
 """Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, on a coarse grid.
 
-And signals without their sign, which meet zero with a bend.
+And signals without their sign, which meet zero with a bend, or of too few bits, which begin anew
+at the other end of their range.
 """
 
 from collections.abc import Callable, Iterator
@@ -44,6 +45,12 @@ _NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS = 0.1, 0.7, 8, 0.5
 _PHASE, _FAR_LESS = 0.5, 0.5
 
 
+#: Times that a reading begins anew at least. Once it goes on beyond its range: the new range over
+#: the old one, at least, and what is left of the square of its second differences, at most. Of a
+#: square wave beside a slower motion, as of dry friction, as little is left over 0.48 of the range.
+_FEWEST_WRAPS, _LEAST_RANGE, _SMOOTHER = 2, 0.5, 0.1
+
+
 @dataclass(frozen=True, eq=False)
 class _Signal:
     """A channel in one run."""
@@ -75,7 +82,7 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
     ------
     CampaignWarning
         Checks ``clipping``, ``stuck``, ``repeated``, ``zeros``, ``outliers``, ``quantised``,
-        ``rectified``.
+        ``rectified``, ``wrapped``.
     """
     checks: tuple[Callable[[_Signal], Iterator[CampaignWarning]], ...] = (
         _clipping,
@@ -84,6 +91,7 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
         _outliers,
         _quantised,
         _rectified,
+        _wrapped,
     )
     for run in campaign.runs:
         moves, turns = moving(run), _turns(run)
@@ -279,3 +287,24 @@ def _is_bent(size: FloatArray, zero: int, half: int) -> bool:
         for target in (crossing, turning)
     ]
     return bool(np.sum(remaining[0] ** 2) < _FAR_LESS * np.sum(remaining[1] ** 2))
+
+
+def _wrapped(signal: _Signal) -> Iterator[CampaignWarning]:
+    """A reading that begins anew at the other end of its range, as a counter of too few bits."""
+    values = signal.values[np.isfinite(signal.values)]
+    size = float(np.ptp(values))
+    steps = np.diff(values)
+    over = np.where(np.abs(steps) > 0.5 * size, size * np.sign(steps), 0.0)
+    jumps = np.flatnonzero(over)
+    new_range = float(np.ptp(values[1:] - np.cumsum(over))) if jumps.size else 0.0
+    rough, smooth = (float(np.sum(np.diff(one) ** 2)) for one in (steps, steps - over))
+    is_smoother = new_range >= _LEAST_RANGE * size and smooth <= _SMOOTHER * rough
+    if jumps.size >= _FEWEST_WRAPS and is_smoother:
+        yield signal.warning(
+            "wrapped",
+            int(jumps[0]) + 1,
+            float(jumps.size),
+            f"{jumps.size} times the reading goes on at the other end of its range of {size:.3g} "
+            f"{signal.channel.unit}, as a counter of too few bits does",
+            "read the channel with more bits, or add the range to the samples beyond these jumps",
+        )

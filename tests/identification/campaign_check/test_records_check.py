@@ -1,6 +1,7 @@
 """Every check finds its fault, on a campaign that gives no finding without it."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -46,6 +47,36 @@ def test_a_campaign_without_a_fault_gives_no_finding(kind):
 def test_a_column_in_another_unit_is_found(kind, column, factor):
     about = "displacement" if column == "q" else column
     assert ("unit", about) in checks(changed(faultless(kind), column, scaled(factor)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"),
+    [*product(("carrier", "mounting", "element"), (0.4, 0.7, 0.9)), ("driven", 0.4)],
+)
+def test_a_reading_of_too_few_bits_is_found(kind, share):
+    """The driven force jumps by friction, which hides jumps of its own size."""
+    campaign = faultless(kind)
+    name = CHANNEL[kind]
+    end = share * max(float(np.abs(run.signals[name]).max()) for run in campaign.runs)
+
+    def wrapped(values):
+        return (values + end) % (2.0 * end) - end
+
+    assert ("wrapped", name) in checks(changed(campaign, name, wrapped))
+
+
+@pytest.mark.parametrize("slower", [0.0, 0.1, 0.3])
+def test_a_square_wave_is_no_reading_of_too_few_bits(slower):
+    """Alone, or beside a motion of a tenth and three tenths of its size."""
+    campaign = faultless("element")
+    rng = np.random.default_rng(2)
+
+    def square(values):
+        phase = 0.1 * np.arange(values.size)
+        wave = np.sign(np.sin(phase)) + slower * np.cos(phase)
+        return 1e-3 * wave + 1e-6 * rng.standard_normal(values.size)
+
+    assert ("wrapped", "q") not in checks(changed(campaign, "q", square))
 
 
 @pytest.mark.parametrize("factor", [1e-3, 0.1, 10.0, 1e3])
