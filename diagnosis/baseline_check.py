@@ -50,6 +50,7 @@ from carrierflex.diagnosis.wiring.refits import (
     CHANNEL_GAIN,
     CHANNEL_ZERO,
     CLOCK_SHIFT,
+    COPIED_CHANNEL,
     FILTERED_CHANNEL,
     LOAD_NOISE,
     LONE_CHANNEL,
@@ -126,7 +127,8 @@ _MAP = "_map"
 _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
 _OF_RECORDS = (
-    ("unit", UNIT), ("wrapped", WRAPPED), ("rectified", RECTIFIED), ("detrended", AC_COUPLED),
+    ("unit", UNIT), ("copied_channel", COPIED_CHANNEL), ("wrapped", WRAPPED),
+    ("rectified", RECTIFIED), ("detrended", AC_COUPLED),
 )  # fmt: skip
 #: What is at fault in a way that no kind of fault explains.
 _OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)

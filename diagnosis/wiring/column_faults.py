@@ -200,18 +200,21 @@ def late_load(
     refitted: Callable[[Campaign], float],
     gap: GapSquare,
 ) -> Iterator[WiringRival]:
-    """One of several loads that lags behind the signals, late and behind a first-order low-pass.
+    """A load that lags behind the signals, late and behind a first-order low-pass.
 
     What acts is ``u(t) = (1 + tau d/dt) u_read(t + d)``, and a linear machine answers it by the
-    same of its answer. The arguments are those of :func:`drifting_zeros`.
+    same of its answer. The arguments are those of :func:`drifting_zeros`. None where an input is
+    an angle, whose zero and delay are faults of their own.
     """
-    if campaign.kind != "mounting":
+    inputs = {name for run in campaign.runs for name in run.inputs}
+    names = LOADS if campaign.kind == "mounting" else sorted(inputs)
+    if not names or (campaign.kind != "mounting" and ANGLE in inputs):
         return
     linear = list(records)
     runs = {run.name: run for run in campaign.runs}
     times = mean_step(campaign.runs[0].time) * 2.0 ** _SHARED_FILTERS[::2]
     lags = np.concatenate([np.outer(times, split) for split in _LATE_AND_FILTERED])
-    for name in LOADS:
+    for name in names:
         answers = [
             CubicSpline(record.time, _answer_to(record, runs[record.run], name))
             for record in linear

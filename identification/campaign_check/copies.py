@@ -1,6 +1,6 @@
-"""Runs that are one record under two names: equal samples, or equal noise under equal inputs."""
+"""Runs, or channels, that are one record under two names: equal samples, or equal noise."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -128,14 +128,34 @@ def _without_jumps(differences: FloatArray) -> FloatArray:
     return np.clip(differences, -most, most) if most > 0.0 else differences
 
 
+def _is_copied(runs: Sequence[Run], first: str, second: str) -> bool:
+    """Whether two channels read one signal in every run, its noise included.
+
+    Sensors at mirrored places of a simulation without noise agree too, and are no copies.
+    """
+    pairs = ((run.signals[first], run.signals[second]) for run in runs)
+    return all(_alike(*pair) and _noise_correlation(*pair) > _CORRELATED for pair in pairs)
+
+
 def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[CampaignWarning]:
-    """One finding for every copy.
+    """One finding for every run that is a copy, of `copies`, and for every such channel.
 
     Yields
     ------
     CampaignWarning
-        Check ``copy``.
+        Checks ``copy``, ``copied_channel``.
     """
+    for one, other in combinations(campaign.channels, 2):
+        if _is_copied(campaign.runs, one.name, other.name):
+            yield CampaignWarning(
+                "copied_channel",
+                other.name,
+                f"{other.name} reads the signal of {one.name} in every run",
+                f"look for the cable or the column of {other.name}; leave the channel out until "
+                "it is found",
+                1.0,
+                sample_of(campaign.runs[0].file, 0),
+            )
     files = {run.name: run.file for run in campaign.runs}
     for copy, original in copies.items():
         yield CampaignWarning(

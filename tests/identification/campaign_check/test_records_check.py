@@ -65,6 +65,23 @@ def test_a_reading_of_too_few_bits_is_found(kind, share):
     assert ("wrapped", name) in checks(changed(campaign, name, wrapped))
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-7])
+def test_two_channels_on_one_cable_are_found(noise):
+    """The same sensor on two inputs of the logger, each with a little noise of its own."""
+    campaign = faultless("carrier")
+    rng = np.random.default_rng(3)
+
+    def copied(run):
+        other = run.signals["s047"]
+        signals = {**run.signals, "s137": other + noise * rng.standard_normal(other.size)}
+        return replace(run, signals=signals)
+
+    twice = replace(campaign, runs=tuple(map(copied, campaign.runs)))
+    assert ("copied_channel", "s137") in checks(twice)
+    once = replace(twice, runs=(campaign.runs[0], *twice.runs[1:]))
+    assert ("copied_channel", "s137") not in checks(once)
+
+
 @pytest.mark.parametrize("slower", [0.0, 0.1, 0.3])
 def test_a_square_wave_is_no_reading_of_too_few_bits(slower):
     """Alone, or beside a motion of a tenth and three tenths of its size."""
