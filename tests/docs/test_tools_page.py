@@ -38,12 +38,9 @@ def test_every_format_that_is_read_or_written_is_on_the_page(page):
         assert not log_format.extra or f"carrierflex[{log_format.extra}]" in page
     assert all(f"| {what} | {why} | {do} |" in page for what, why, do in NOT_READ)
     assert all(f"| {export.tools} | `{export.name}` |" in page for export in EXPORT_FORMATS)
-    for log_format in EXPORT_FORMATS:
-        suffixes = ", ".join(f"`{suffix}`" for suffix in log_format.reads)
-        assert (
-            not log_format.reads
-            or f"| {suffixes} | {log_format.taken} | {log_format.tried} |" in page
-        )
+    for export in EXPORT_FORMATS:
+        suffixes = ", ".join(f"`{suffix}`" for suffix in export.reads)
+        assert not export.reads or f"| {suffixes} | {export.taken} | {export.tried} |" in page
     assert all(f"| {why} | {do} |" in page for _, _, why, do in export_formats.NOT_READ)
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     lists = (LOG_FORMATS, NOT_READ, EXPORT_FORMATS, export_formats.NOT_READ)
