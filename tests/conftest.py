@@ -138,9 +138,9 @@ def own_log_handlers():
     try:
         yield
     finally:
-        for logger, (kept, level) in zip(loggers, before, strict=True):
+        for logger, (handlers, level) in zip(loggers, before, strict=True):
             logger.setLevel(level)
-            for handler in set(logger.handlers) - kept:
+            for handler in set(logger.handlers) - handlers:
                 logger.removeHandler(handler)
                 handler.close()
 

@@ -129,12 +129,12 @@ def graph_of_folders():
 
 def circle_in(graph, *, without=()):
     """Nodes of one circle of a graph, some of its edges left out; none where there is no circle."""
-    kept = {
+    edges = {
         node: {other for other in imported if (node, other) not in without}
         for node, imported in graph.items()
     }
     try:
-        TopologicalSorter(kept).prepare()
+        TopologicalSorter(edges).prepare()
     except CycleError as error:
         return error.args[1]
     return []

@@ -129,8 +129,8 @@ def test_the_same_faults_are_refused_by_the_curves(refused, tmp_path, flexible_m
 def test_a_truncated_mesh_is_refused(refused, tmp_path, flexible_mesh):
     path = tmp_path / "carrier.msh"
     write_mesh(flexible_mesh, path)
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
     assert "carrier.msh: not a complete gmsh mesh" in refused(
         "reduce", "--body", "carrier", "--mesh", path, "--out", "b.h5"
     )
@@ -243,8 +243,8 @@ def test_a_body_file_of_a_newer_version_is_refused(refused, body):
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.99])
 def test_a_truncated_body_file_is_refused(refused, body, share):
-    whole = body.read_bytes()
-    body.write_bytes(whole[: int(share * len(whole))])
+    content = body.read_bytes()
+    body.write_bytes(content[: int(share * len(content))])
     assert "pin.h5: not a complete body file" in refused("certificate", "pin.h5")
 
 

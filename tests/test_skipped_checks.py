@@ -6,9 +6,9 @@ from tests.conftest import fail_skipped
 
 
 def report(outcome, **more):
-    place = ("tests/test_page.py", 7, "Skipped: chromium is not installed")
+    longrepr = ("tests/test_page.py", 7, "Skipped: chromium is not installed")
     return pytest.TestReport(
-        "tests/test_page.py::test_page", ("", 7, ""), {}, outcome, place, "call", **more
+        "tests/test_page.py::test_page", ("", 7, ""), {}, outcome, longrepr, "call", **more
     )
 
 
@@ -19,8 +19,8 @@ def test_a_skipped_test_fails_with_its_reason():
     assert "chromium is not installed" in str(result.longrepr)
 
 
-@pytest.mark.parametrize("kept", [report("passed"), report("skipped", wasxfail="known")])
-def test_other_outcomes_stay(kept):
-    before = kept.outcome
-    fail_skipped(kept)
-    assert kept.outcome == before
+@pytest.mark.parametrize("outcome", [report("passed"), report("skipped", wasxfail="known")])
+def test_other_outcomes_stay(outcome):
+    before = outcome.outcome
+    fail_skipped(outcome)
+    assert outcome.outcome == before

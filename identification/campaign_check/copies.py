@@ -129,12 +129,13 @@ def _without_jumps(differences: FloatArray) -> FloatArray:
 
 
 def _is_copied(runs: Sequence[Run], first: str, second: str) -> bool:
-    """Whether two channels read one signal in every run, its noise included.
+    """Whether two channels read one signal in every run, where it can be seen its noise too.
 
     Sensors at mirrored places of a simulation without noise agree too, and are no copies.
     """
-    pairs = ((run.signals[first], run.signals[second]) for run in runs)
-    return all(_alike(*pair) and _noise_correlation(*pair) > _CORRELATED for pair in pairs)
+    pairs = [(run.signals[first], run.signals[second]) for run in runs]
+    has_shared_noise = (_noise_correlation(*pair) > _CORRELATED for pair in pairs)
+    return all(_alike(*pair) for pair in pairs) and any(has_shared_noise)
 
 
 def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[CampaignWarning]:

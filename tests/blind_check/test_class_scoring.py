@@ -111,8 +111,8 @@ def test_a_named_law_is_false_where_its_class_is_wrong(truth, laws, false):
 
 
 def scored(pairs):
-    labels = {own.case: own for own, _ in pairs}
-    verdicts = {own.case: answer for own, answer in pairs}
+    labels = {truth.case: truth for truth, _ in pairs}
+    verdicts = {truth.case: answer for truth, answer in pairs}
     return class_score(cases_judged_by_class(labels, verdicts))
 
 
@@ -121,21 +121,21 @@ def table():
 
     Sweeps: 20, of which seven abstain. 20 of nothing, one false; 20 outside, two classes, one law.
     """
-    own = [(label(k, "cubic_spring"), verdict("class_named", F)) for k in range(20)]
-    own += [(label(20, "cubic_spring"), verdict("named", G, laws=["coulomb_friction"]))]
-    own += [(label(21, "cubic_spring"), verdict("aliased", F, ties=[(G,)]))]
-    own += [(label(k, "iwan", ratio=2.0), verdict("at_noise_floor")) for k in (22, 23)]
-    own += [(label(24, "iwan", ratio=1.9), verdict("at_noise_floor"))]
+    pairs = [(label(k, "cubic_spring"), verdict("class_named", F)) for k in range(20)]
+    pairs += [(label(20, "cubic_spring"), verdict("named", G, laws=["coulomb_friction"]))]
+    pairs += [(label(21, "cubic_spring"), verdict("aliased", F, ties=[(G,)]))]
+    pairs += [(label(k, "iwan", ratio=2.0), verdict("at_noise_floor")) for k in (22, 23)]
+    pairs += [(label(24, "iwan", ratio=1.9), verdict("at_noise_floor"))]
     for k in range(30, 50):
         answer = verdict("none_of_these") if k < 37 else verdict("class_named", H)
-        own.append((label(k, "iwan", drive="sweeps"), answer))
-    own += [(label(k), verdict("at_noise_floor")) for k in range(60, 79)]
-    own += [(label(79), verdict("class_named", F))]
+        pairs.append((label(k, "iwan", drive="sweeps"), answer))
+    pairs += [(label(k), verdict("at_noise_floor")) for k in range(60, 79)]
+    pairs += [(label(79), verdict("class_named", F))]
     for k in range(80, 100):
         answer = verdict("class_named", F) if k < 82 else verdict("none_of_these")
         answer = verdict("named", F, laws=["backlash"]) if k == 80 else answer
-        own.append((label(k, "tuned_mass", family=OUTSIDE), answer))
-    return own
+        pairs.append((label(k, "tuned_mass", family=OUTSIDE), answer))
+    return pairs
 
 
 def test_figures_of_a_table_made_by_hand():

@@ -75,8 +75,8 @@ def test_answers_are_judged_by_the_models_classes(truth, answer, is_right):
 
 
 def figures(*pairs):
-    labels = {own.case: own for own, _ in pairs}
-    verdicts = {own.case: answer for own, answer in pairs}
+    labels = {truth.case: truth for truth, _ in pairs}
+    verdicts = {truth.case: answer for truth, answer in pairs}
     result = score(judged_cases(labels, verdicts))
     return {figure.name.removeprefix("model: "): figure for figure in result.figures}
 

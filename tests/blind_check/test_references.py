@@ -19,7 +19,7 @@ def table_of(amounts, *, noise=0.05, seed=0):
         amounts.get(name, 0.0) * law for name, law in zip("abc", (a, b, c), strict=True)
     )
     rows = np.array([target, base, a, other_shape, b, c])
-    gram = np.array([part @ part.T for part in np.split(rows, 4, axis=1)])
+    gram = np.array([block @ block.T for block in np.split(rows, 4, axis=1)])
     shapes = {"a": (2,), "b": (3, 4), "c": (5,)}
     laws = tuple(
         LawColumns(name, tuple(np.array([k]) for k in columns), 1)

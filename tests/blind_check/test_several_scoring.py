@@ -28,8 +28,8 @@ def mounting(*gaps, present=("sensor_gain",)):
     """A stop, a damping and a lever of the load."""
     causes = ("two_stops", "power_damping", "load_lever")
     classes = tuple(sorted(MOUNTING_FORMS[name].class_id for name in causes))
-    own = label("mounting", causes, classes, gaps, 1)
-    return Label(**{**vars(own), "class_aliases": form_aliases(classes), "present": present})
+    plain = label("mounting", causes, classes, gaps, 1)
+    return Label(**{**vars(plain), "class_aliases": form_aliases(classes), "present": present})
 
 
 def label(kind, causes, classes, gaps, number):
@@ -53,18 +53,18 @@ def label(kind, causes, classes, gaps, number):
 
 def answer(*classes, ties=(), word="class_named"):
     entries = [{"id": name, "share": 0.3, "law_share": None} for name in classes]
-    ids = [list(own) for own in ties]
+    ids = [list(tie) for tie in ties]
     return Verdict({"verdict": word, "classes": entries, "class_ties": ids, "effects": []}, 2.0)
 
 
-def outcome(truth, own):
-    judged = judge_by_class(truth, own)
+def outcome(truth, verdict):
+    judged = judge_by_class(truth, verdict)
     missed = [cause.class_id for cause in judged.causes.of_gap(2.0) if not cause.is_found]
     return judged.outcome, missed, list(judged.causes.false)
 
 
 @pytest.mark.parametrize(
-    ("gaps", "own", "expected"),
+    ("gaps", "verdict", "expected"),
     [
         ((3.0, 3.0, 3.0), answer(DRIFT, TILT, SADDLE), ("right", [], [])),
         # What it follows is judged apart, and errors that the sensors have may stand beside.
@@ -108,12 +108,12 @@ def outcome(truth, own):
         ((1.0, 1.0, 1.0), answer(word="at_noise_floor"), ("silent", [], [])),
     ],
 )
-def test_causes_of_a_carrier_are_judged_one_by_one(gaps, own, expected):
-    assert outcome(carrier(*gaps), own) == expected
+def test_causes_of_a_carrier_are_judged_one_by_one(gaps, verdict, expected):
+    assert outcome(carrier(*gaps), verdict) == expected
 
 
 @pytest.mark.parametrize(
-    ("own", "expected"),
+    ("verdict", "expected"),
     [
         # The table holds waves for the tilt: in a tie with it they are not false, alone it is
         # missed; for the saddle it holds none.
@@ -129,14 +129,14 @@ def test_causes_of_a_carrier_are_judged_one_by_one(gaps, own, expected):
         ),
     ],
 )
-def test_frames_and_patterns_of_the_alias_table_stand_in_for_a_carriers_cause(own, expected):
+def test_frames_and_patterns_of_the_alias_table_stand_in_for_a_carriers_cause(verdict, expected):
     aliases = (("carrier/waves", "housing/offset", "housing/saddle"),)
     truth = Label(**{**vars(carrier(3.0, 3.0, 3.0)), "class_aliases": aliases})
-    assert outcome(truth, own) == expected
+    assert outcome(truth, verdict) == expected
 
 
 @pytest.mark.parametrize(
-    ("own", "expected"),
+    ("verdict", "expected"),
     [
         (answer(F, G, "input_map"), ("right", [], [])),
         # Slow loads do not tell the maps apart: a tie of them is right, another one alone is not.
@@ -149,8 +149,8 @@ def test_frames_and_patterns_of_the_alias_table_stand_in_for_a_carriers_cause(ow
         ),
     ],
 )
-def test_maps_of_a_mounting_are_aliases_of_one_another(own, expected):
-    assert outcome(mounting(3.0, 3.0, 3.0), own) == expected
+def test_maps_of_a_mounting_are_aliases_of_one_another(verdict, expected):
+    assert outcome(mounting(3.0, 3.0, 3.0), verdict) == expected
 
 
 def test_an_error_finds_nothing():
@@ -160,7 +160,7 @@ def test_an_error_finds_nothing():
 
 
 @pytest.mark.parametrize(
-    ("own", "in_every_set"),
+    ("verdict", "in_every_set"),
     [
         (answer(DRIFT, TILT), False),
         (answer(DRIFT, TILT, WAVES), True),
@@ -170,25 +170,25 @@ def test_an_error_finds_nothing():
         (answer(word="at_noise_floor"), False),
     ],
 )
-def test_a_tie_of_what_is_there_with_what_is_not_is_told_apart(own, in_every_set):
-    judged = judge_by_class(carrier(3.0, 5.0, 1.5), own)
+def test_a_tie_of_what_is_there_with_what_is_not_is_told_apart(verdict, in_every_set):
+    judged = judge_by_class(carrier(3.0, 5.0, 1.5), verdict)
     assert judged.causes.in_every_set is in_every_set
 
 
 def cases():
     """Twenty: 17 right, one misses a tilt, one names waves, one has causes below two floors."""
-    own = [(carrier(3.0, 5.0, 1.5, number=k), answer(DRIFT, TILT)) for k in range(16)]
-    own += [(carrier(3.0, 5.0, 1.5, number=k), answer(DRIFT, TILT, SADDLE)) for k in (16,)]
-    own += [(carrier(3.0, 5.0, 0.8, number=17), answer(DRIFT))]
-    own += [(carrier(3.0, 5.0, 1.5, number=18), answer(DRIFT, "housing/tilt/torque", WAVES))]
-    own += [(carrier(1.0, 1.5, 1.5, number=19), answer(word="at_noise_floor"))]
-    return own
+    pairs = [(carrier(3.0, 5.0, 1.5, number=k), answer(DRIFT, TILT)) for k in range(16)]
+    pairs += [(carrier(3.0, 5.0, 1.5, number=k), answer(DRIFT, TILT, SADDLE)) for k in (16,)]
+    pairs += [(carrier(3.0, 5.0, 0.8, number=17), answer(DRIFT))]
+    pairs += [(carrier(3.0, 5.0, 1.5, number=18), answer(DRIFT, "housing/tilt/torque", WAVES))]
+    pairs += [(carrier(1.0, 1.5, 1.5, number=19), answer(word="at_noise_floor"))]
+    return pairs
 
 
 def test_figures_of_a_table_made_by_hand():
-    own = {truth.case: truth for truth, _ in cases()}
+    labels = {truth.case: truth for truth, _ in cases()}
     verdicts = {truth.case: verdict for truth, verdict in cases()}
-    result = class_score(cases_judged_by_class(own, verdicts))
+    result = class_score(cases_judged_by_class(labels, verdicts))
     figures = {figure.name: figure for figure in result.figures}
     expected = {
         "several causes: every one of 2 floors found": (18 / 19, 19, None),
@@ -224,9 +224,9 @@ def test_figures_of_a_table_made_by_hand():
 
 
 def test_a_case_in_the_score_tells_each_cause_and_what_is_false():
-    own = {truth.case: truth for truth, _ in cases()}
+    labels = {truth.case: truth for truth, _ in cases()}
     verdicts = {truth.case: verdict for truth, verdict in cases()}
-    result, rows = scored(own, verdicts, "ab")
+    result, rows = scored(labels, verdicts, "ab")
     row = next(row for row in rows if row["case"] == "carrier-0018")
     assert row["causes"][1] == {"class_id": "housing/tilt", "gap": 5.0, "is_found": True}
     assert row["false_classes"] == ("carrier/waves",)

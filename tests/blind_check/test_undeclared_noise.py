@@ -57,5 +57,5 @@ def test_figures_of_undeclared_noise_stand_apart(by_hand):
     mixed = by_hand.scored([*table[:1], *silent[1:]]).figures
     total = {figure.name: figure.cases for figure in mixed}
     for figure in every:
-        own = total.get(figure.name, 0) + total.get(f"{UNDECLARED_NOISE}{figure.name}", 0)
-        assert own == figure.cases
+        n_cases = total.get(figure.name, 0) + total.get(f"{UNDECLARED_NOISE}{figure.name}", 0)
+        assert n_cases == figure.cases

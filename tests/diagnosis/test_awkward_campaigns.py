@@ -17,11 +17,12 @@ FLUID = {"k": 1e7, "c": 5e6}
 
 
 def without(campaign, *sensors):
-    kept = tuple(channel for channel in campaign.channels if channel.name not in sensors)
+    channels = tuple(channel for channel in campaign.channels if channel.name not in sensors)
     runs = tuple(
-        replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs
+        replace(run, signals={c.name: run.signals[c.name] for c in channels})
+        for run in campaign.runs
     )
-    return replace(campaign, channels=kept, runs=runs)
+    return replace(campaign, channels=channels, runs=runs)
 
 
 @pytest.mark.acceptance

@@ -39,17 +39,17 @@ def findings(scale, fixed=None):
     [(1.0, ""), (1.1, "10% more flexible than drawn"), (0.5, "")],
 )
 def test_a_carrier_off_its_drawing_is_said_to_be(size, words):
-    told = findings(TRUE_SIZE / size)
-    assert ("drawing" in told) == bool(words)
+    warnings = findings(TRUE_SIZE / size)
+    assert ("drawing" in warnings) == bool(words)
     if words:
-        assert words in told["drawing"].text
-        assert told["drawing"].figure == pytest.approx(size, abs=0.01)
+        assert words in warnings["drawing"].text
+        assert warnings["drawing"].figure == pytest.approx(size, abs=0.01)
 
 
 @pytest.mark.parametrize(("declared", "is_told"), [(1.0, False), (0.9, True)])
 def test_a_declared_value_that_the_records_contradict_is_told(declared, is_told):
-    told = findings(TRUE_SIZE, {"flexible_pins.rho_f": KnownValue(declared, 0.02)})
-    assert ("prior" in told) == is_told
+    warnings = findings(TRUE_SIZE, {"flexible_pins.rho_f": KnownValue(declared, 0.02)})
+    assert ("prior" in warnings) == is_told
     if is_told:
-        assert "rho_f of flexible pins is fitted as" in told["prior"].text
-        assert told["prior"].line.endswith("flexible_pins.rho_f")
+        assert "rho_f of flexible pins is fitted as" in warnings["prior"].text
+        assert warnings["prior"].line.endswith("flexible_pins.rho_f")

@@ -18,7 +18,7 @@ from tests.diagnosis.element.element_campaigns import displacement_campaign, for
 from tests.identification.synthetic_campaigns import carrier_campaign
 
 
-def found(campaign):
+def diagnosis_of(campaign):
     problem, measured = problem_of(campaign)
     return diagnose(problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=measured)
 
@@ -29,15 +29,15 @@ def cubic(q, v):
 
 @pytest.fixture(scope="module")
 def cubic_diagnosis():
-    return found(force_campaign(cubic))
+    return diagnosis_of(force_campaign(cubic))
 
 
 def test_a_cubic_spring_is_named_and_its_size_found(cubic_diagnosis):
     assert cubic_diagnosis.verdict == "named"
     assert cubic_diagnosis.attribution.effects == ("cubic_stiffness",)
-    own = cubic_diagnosis.attribution.parameters["cubic_stiffness"]["K3"]
-    assert_allclose(own.value, 8e8, rtol=5e-3)
-    assert own.unit == "N/m^3"
+    estimate = cubic_diagnosis.attribution.parameters["cubic_stiffness"]["K3"]
+    assert_allclose(estimate.value, 8e8, rtol=5e-3)
+    assert estimate.unit == "N/m^3"
     far = cubic_diagnosis.reduction
     assert far.rho < 0.02
     assert far.rho_ci95[0] <= far.rho <= far.rho_ci95[1]
@@ -59,43 +59,51 @@ def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
 @pytest.mark.acceptance
 def test_an_even_law_stands_on_even_lines():
     assert "on even lines: the missing law is even" in where_text(
-        found(force_campaign(lambda q, v: 2e5 * q**2))
+        diagnosis_of(force_campaign(lambda q, v: 2e5 * q**2))
     )
 
 
 @pytest.mark.long
 def test_nothing_missing_is_at_the_noise_floor():
-    own = found(force_campaign(no_law))
-    assert own.verdict == "at_noise_floor"
-    assert own.attribution.effects == ()
+    diagnosis = diagnosis_of(force_campaign(no_law))
+    assert diagnosis.verdict == "at_noise_floor"
+    assert diagnosis.attribution.effects == ()
 
 
 @pytest.mark.long
 def test_dry_friction_is_named_with_its_class():
-    own = found(displacement_campaign(lambda q, v: 0.4 * np.sign(v), n=2000))
-    assert own.verdict == "named"
-    assert own.attribution.effects == ("coulomb_friction",)
+    diagnosis = diagnosis_of(displacement_campaign(lambda q, v: 0.4 * np.sign(v), n=2000))
+    assert diagnosis.verdict == "named"
+    assert diagnosis.attribution.effects == ("coulomb_friction",)
     # Laws of more parameters that hold it are fitted too, and are no better.
-    assert {"stribeck_friction"} <= {law for row in own.attribution.ranking for law in row.effects}
-    assert_allclose(own.attribution.parameters["coulomb_friction"]["Fc"].value, 0.4, rtol=0.05)
+    assert {"stribeck_friction"} <= {
+        law for row in diagnosis.attribution.ranking for law in row.effects
+    }
+    assert_allclose(
+        diagnosis.attribution.parameters["coulomb_friction"]["Fc"].value, 0.4, rtol=0.05
+    )
 
 
 @pytest.mark.acceptance
 def test_two_effects_are_both_named():
-    own = found(displacement_campaign(lambda q, v: 5e8 * q**3 + 0.4 * np.sign(v), n=2000))
-    assert own.verdict in ("named", "named_with_remainder")
-    assert set(own.attribution.effects) == {"cubic_stiffness", "coulomb_friction"}
-    assert len(own.reduction.steps) == 3
-    assert own.reduction.steps[2].rms < own.reduction.steps[1].rms
+    diagnosis = diagnosis_of(
+        displacement_campaign(lambda q, v: 5e8 * q**3 + 0.4 * np.sign(v), n=2000)
+    )
+    assert diagnosis.verdict in ("named", "named_with_remainder")
+    assert set(diagnosis.attribution.effects) == {"cubic_stiffness", "coulomb_friction"}
+    assert len(diagnosis.reduction.steps) == 3
+    assert diagnosis.reduction.steps[2].rms < diagnosis.reduction.steps[1].rms
 
 
 @pytest.mark.long
 def test_a_law_outside_the_library_is_none_of_these():
     # A force that waves over the deflection ten times.
-    own = found(displacement_campaign(lambda q, v: 0.5 * np.cos(2.0 * np.pi * q / 2e-4), n=2000))
-    assert own.verdict == "none_of_these"
-    assert own.attribution.effects == ()
-    assert "are refused" in own.reason
+    diagnosis = diagnosis_of(
+        displacement_campaign(lambda q, v: 0.5 * np.cos(2.0 * np.pi * q / 2e-4), n=2000)
+    )
+    assert diagnosis.verdict == "none_of_these"
+    assert diagnosis.attribution.effects == ()
+    assert "are refused" in diagnosis.reason
 
 
 @pytest.mark.long
@@ -106,26 +114,26 @@ def test_mixed_up_forces_destroy_the_score():
         replace(run, signals={"F": np.random.default_rng(3).permutation(force)})
         for run, force in zip(campaign.runs, forces, strict=True)
     )
-    own = found(replace(campaign, runs=turned))
-    assert own.verdict not in ("named", "named_with_remainder")
+    diagnosis = diagnosis_of(replace(campaign, runs=turned))
+    assert diagnosis.verdict not in ("named", "named_with_remainder")
 
 
 @pytest.mark.long
 @pytest.mark.slow
 def test_what_the_baseline_contains_is_no_candidate():
-    own = found(force_campaign(cubic, effects=("cubic_stiffness",)))
-    assert own.verdict == "at_noise_floor"
-    assert "cubic_stiffness" in own.attribution.parameters
-    assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
+    diagnosis = diagnosis_of(force_campaign(cubic, effects=("cubic_stiffness",)))
+    assert diagnosis.verdict == "at_noise_floor"
+    assert "cubic_stiffness" in diagnosis.attribution.parameters
+    assert all("cubic_stiffness" not in ranked.effects for ranked in diagnosis.attribution.ranking)
 
 
 @pytest.mark.long
 @pytest.mark.slow
 def test_one_condition_is_scored_by_blocks():
-    own = found(force_campaign(cubic, amplitudes=(4.0,)))
-    assert own.verdict == "named"
-    assert own.attribution.effects == ("cubic_stiffness",)
-    assert np.isnan(own.reduction.extrapolation_rho)
+    diagnosis = diagnosis_of(force_campaign(cubic, amplitudes=(4.0,)))
+    assert diagnosis.verdict == "named"
+    assert diagnosis.attribution.effects == ("cubic_stiffness",)
+    assert np.isnan(diagnosis.reduction.extrapolation_rho)
 
 
 def test_too_short_a_record_says_what_is_missing():
@@ -143,15 +151,15 @@ def test_too_short_a_record_says_what_is_missing():
             for r in campaign.runs
         ),
     )
-    own = found(short)
-    assert own.verdict == "not_diagnosable"
-    assert own.reduction is None
-    how_far = diagnosis_document(own)["how_far"]
+    diagnosis = diagnosis_of(short)
+    assert diagnosis.verdict == "not_diagnosable"
+    assert diagnosis.reduction is None
+    how_far = diagnosis_document(diagnosis)["how_far"]
     assert how_far.pop("held_out")
     assert set(map(str, how_far.values())) == {"None", "[None, None]"}
     # A tenth at either end carries no derivatives.
     assert (
-        own.attribution.discriminating_experiment
+        diagnosis.attribution.discriminating_experiment
         == "run R0 holds 144 samples that count; expected at least 200"
     )
 

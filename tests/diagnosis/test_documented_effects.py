@@ -66,12 +66,12 @@ def documented_package(tmp_path, monkeypatch):
         sys.modules.pop(module, None)
 
 
-def check_parameter(found, effect, name, truth):
+def check_parameter(diagnosis, effect, name, truth):
     """Named, and the truth within four errors and half a per cent."""
-    assert found.verdict == "named", (found.verdict, found.reason)
-    assert found.attribution.effects == (effect,)
-    own = found.attribution.parameters[effect][name]
-    assert abs(own.value - truth) < 4.0 * own.std + 5e-3 * abs(truth), own
+    assert diagnosis.verdict == "named", (diagnosis.verdict, diagnosis.reason)
+    assert diagnosis.attribution.effects == (effect,)
+    estimate = diagnosis.attribution.parameters[effect][name]
+    assert abs(estimate.value - truth) < 4.0 * estimate.std + 5e-3 * abs(truth), estimate
 
 
 @pytest.mark.long
@@ -127,14 +127,14 @@ def stopped_motion(A, B, N, rows, loads, interval, substeps):
     states = np.zeros((len(loads), len(A)))
     for sample in range(1, len(loads)):
         rise = loads[sample] - loads[sample - 1]
-        for part in range(substeps):
+        for substep in range(substeps):
             total, k = np.zeros(len(A)), np.zeros(len(A))
             for stage in range(4):
                 share = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-                own = x + share * h * k
-                u = rows @ own
+                y = x + share * h * k
+                u = rows @ y
                 beyond = np.sign(u) * np.maximum(np.abs(u) - CLEARANCE, 0.0)
-                k = A @ own + B @ (loads[sample - 1] + (part + share) / substeps * rise)
+                k = A @ y + B @ (loads[sample - 1] + (substep + share) / substeps * rise)
                 k += N @ (STOP_STIFFNESS * beyond)
                 total += k if stage in (0, 3) else 2.0 * k
             x = x + h / 6.0 * total

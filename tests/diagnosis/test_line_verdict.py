@@ -110,7 +110,7 @@ def test_lines_are_classes_the_largest_first_with_what_other_turns_predict_of_th
     result = decided()
     assert (result.verdict, result.answer.state) == (CLASS_NAMED, NAMED_CLASS)
     assert result.answer.ids == ("nonsynchronous/2.3X", "nonsynchronous/0.47X")
-    assert [own.share for own in result.answer.classes] == pytest.approx([0.4, 0.1])
+    assert [entry.share for entry in result.answer.classes] == pytest.approx([0.4, 0.1])
     assert result.answer.classes[1].share_ci95 == pytest.approx((0.1, 0.2))
     assert "2.3X (x alone), 0.47X (several channels), is 60% of the gap" in result.reason
 
@@ -186,10 +186,10 @@ def test_classes_of_the_orders_are_shares_of_the_whole_gap_and_small_ones_go():
 def test_maps_runs_and_blocks_are_those_of_the_effects_and_the_whole_gap():
     after = decided().reduction
     # Cells of lines are none of what the effects leave on the orders.
-    assert [own.share for own in after.cells_after] == pytest.approx([0.25, 0.75])
-    assert [own.error_after for own in after.validation] == pytest.approx([np.sqrt(21.0), 0.0])
-    assert [own.error_before for own in after.validation] == [9.0, 9.0]
-    assert [own.mean_square for own in after.blocks] == pytest.approx([6.0, 7.0, 40.0])
+    assert [entry.share for entry in after.cells_after] == pytest.approx([0.25, 0.75])
+    assert [run.error_after for run in after.validation] == pytest.approx([np.sqrt(21.0), 0.0])
+    assert [run.error_before for run in after.validation] == [9.0, 9.0]
+    assert [block.mean_square for block in after.blocks] == pytest.approx([6.0, 7.0, 40.0])
     lines = replace(REDUCTION, cells_after=(cell(0.0),))
     assert np.isnan(decided(reduction=lines).reduction.cells_after[0].share)
 

@@ -29,12 +29,12 @@ from tests.diagnosis.inference.toy_problem import linear_problem, with_answers
 LIMITS = Thresholds(bootstrap_samples=40, fewest_samples=20)
 
 
-def found(problem, limits=LIMITS, **options):
+def diagnosis_of(problem, limits=LIMITS, **options):
     return diagnose(problem, campaign="toy", kind="element", thresholds=limits, **options)
 
 
 def test_what_the_records_lack_for_a_diagnosis_is_told():
-    def told(problem, **limits):
+    def reason_of(problem, **limits):
         given = diagnose(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
         if given.verdict == NOT_DIAGNOSABLE:
             assert given.reason == given.attribution.discriminating_experiment
@@ -44,17 +44,17 @@ def test_what_the_records_lack_for_a_diagnosis_is_told():
 
     # Three runs of two blocks of sixteen samples.
     known = linear_problem({"a": 5.0})
-    assert told(known, fewest_samples=33) == (
+    assert reason_of(known, fewest_samples=33) == (
         "run RA holds 32 samples that count; expected at least 33"
     )
-    assert told(known, fewest_samples=32) == ""
+    assert reason_of(known, fewest_samples=32) == ""
     blocks = linear_problem({"a": 5.0}, gains={"A": 1.0}, blocks=3)
-    assert told(blocks, fewest_segments=4) == (
+    assert reason_of(blocks, fewest_segments=4) == (
         "the records hold 3 blocks to fit and score; expected at least 4: a longer record or "
         "another run"
     )
-    assert told(blocks, fewest_segments=3) == ""
-    assert told(linear_problem({"a": 5.0}, {})) == (
+    assert reason_of(blocks, fewest_segments=3) == ""
+    assert reason_of(linear_problem({"a": 5.0}, {})) == (
         "every effect of the library is in the baseline or excluded; there is no candidate"
     )
 
@@ -67,15 +67,15 @@ def test_limits_may_be_left_out():
 
 
 def test_every_step_is_told_as_it_begins():
-    told = []
-    found(linear_problem({"a": 5.0}), note=told.append)
+    steps = []
+    diagnosis_of(linear_problem({"a": 5.0}), note=steps.append)
     fits = [f"baseline + {name}" for name in "abcd"]
-    assert told == ["classes", "baseline", *fits, "intervals", "separating trials", "pictures"]
+    assert steps == ["classes", "baseline", *fits, "intervals", "separating trials", "pictures"]
 
 
 def test_effects_are_those_of_a_verdict_that_names_laws():
-    assert found(linear_problem({"a": 5.0})).attribution.effects == ("a",)
-    short = found(linear_problem({"a": 8.0, "outside": 5.9}))
+    assert diagnosis_of(linear_problem({"a": 5.0})).attribution.effects == ("a",)
+    short = diagnosis_of(linear_problem({"a": 8.0, "outside": 5.9}))
     assert (short.verdict, short.attribution.effects) == (NONE_OF_THESE, ())
     # The held-out records support it all the same.
     assert [step.added for step in short.reduction.steps] == ["baseline", "a"]
@@ -91,25 +91,25 @@ def test_the_separating_test_is_of_the_first_effect_that_has_an_alias():
     pairs = no_class(("a", "b"), ("a", "t"))
     problem = linear_problem({"a": 9.0, "b": 4.0}, effects)
     trials = (CandidateExperiment("a trial", apart),)
-    told = found(with_answers(replace(problem, candidates=trials), class_answer=pairs))
-    assert (told.verdict, told.attribution.aliases) == (ALIASED, (("b", "t"),))
-    assert told.attribution.discriminating_experiment == (
+    diagnosis = diagnosis_of(with_answers(replace(problem, candidates=trials), class_answer=pairs))
+    assert (diagnosis.verdict, diagnosis.attribution.aliases) == (ALIASED, (("b", "t"),))
+    assert diagnosis.attribution.discriminating_experiment == (
         "to distinguish b from t, run a trial; predicted difference 4.0 times the noise; isolate b"
     )
     # Where no trial separates them, what the card says; where all are told apart nothing.
-    untried = found(with_answers(problem, class_answer=pairs)).attribution
+    untried = diagnosis_of(with_answers(problem, class_answer=pairs)).attribution
     assert untried.discriminating_experiment == "isolate b"
     both = with_answers(linear_problem({"a": 9.0, "b": 4.0}), class_answer=no_class(("a", "b")))
-    alone = found(both)
+    alone = diagnosis_of(both)
     assert alone.attribution.aliases == ()
     assert alone.attribution.discriminating_experiment == ""
 
 
 def test_tied_classes_without_rival_laws_have_no_separating_trial_of_laws():
     tie = replace(class_answer(NAMED_CLASS), ties=(("loop",),))
-    told = found(with_answers(linear_problem({"outside": 5.0}), class_answer=tie))
-    assert (told.verdict, told.attribution.aliases) == (ALIASED, ())
-    assert told.attribution.discriminating_experiment == ""
+    diagnosis = diagnosis_of(with_answers(linear_problem({"outside": 5.0}), class_answer=tie))
+    assert (diagnosis.verdict, diagnosis.attribution.aliases) == (ALIASED, ())
+    assert diagnosis.attribution.discriminating_experiment == ""
 
 
 SIGNAL = np.array([1.0, 2.0, 4.0])
@@ -118,22 +118,22 @@ OVERLAY = Overlay("RA", "q", np.arange(3.0), "time", "s", SIGNAL, SIGNAL - 1.0)
 
 def test_signals_are_laid_over_one_another_where_a_problem_has_them():
     known = linear_problem({"a": 5.0})
-    assert found(known).signals is None
-    assert found(with_answers(known, overlays=())).signals is None
-    both = found(with_answers(known, overlays=(OVERLAY,))).signals
+    assert diagnosis_of(known).signals is None
+    assert diagnosis_of(with_answers(known, overlays=())).signals is None
+    both = diagnosis_of(with_answers(known, overlays=(OVERLAY,))).signals
     assert (both.before, both.after) == ((OVERLAY,), (OVERLAY,))
-    none = found(with_answers(linear_problem({"outside": 5.0}), overlays=(OVERLAY,))).signals
+    none = diagnosis_of(with_answers(linear_problem({"outside": 5.0}), overlays=(OVERLAY,))).signals
     assert (none.before, none.after) == ((OVERLAY,), ())
 
 
 def test_the_gap_is_looked_at_beyond_its_map_where_a_problem_does():
     known = linear_problem({"a": 5.0})
-    assert found(known).gap is None
+    assert diagnosis_of(known).gap is None
     findings = GapFindings((), "orders")
     scalar = Scalar("mass", "kg", np.ones(3), np.full(3, 1.5))
-    detail = found(with_answers(known, gap_findings=findings, scalars=(scalar,))).gap
+    detail = diagnosis_of(with_answers(known, gap_findings=findings, scalars=(scalar,))).gap
     assert detail.findings is findings
-    assert [own.area_before for own in detail.scalars] == [pytest.approx(0.5)]
+    assert [entry.area_before for entry in detail.scalars] == [pytest.approx(0.5)]
     assert {cell.run for cell in detail.cells} == {"RA", "RB", "RC"}
 
 
@@ -145,19 +145,19 @@ def class_answer(state, law="", *, share=0.99):
 def test_the_class_of_the_cause_is_told_where_a_problem_has_classes():
     known = linear_problem({"a": 5.0})
     for plain in (known, with_answers(known, class_answer=None)):
-        alone = found(plain)
+        alone = diagnosis_of(plain)
         assert (alone.verdict, alone.classes, alone.reduction_law) == (NAMED, None, None)
-    both = found(with_answers(known, class_answer=class_answer(NAMED_CLASS, "a")))
+    both = diagnosis_of(with_answers(known, class_answer=class_answer(NAMED_CLASS, "a")))
     assert (both.verdict, both.attribution.effects) == (NAMED, ("a",))
     assert both.classes.ids == ("spring",)
     unknown = linear_problem({"outside": 5.0})
-    told = found(with_answers(unknown, class_answer=class_answer(NAMED_CLASS)))
-    assert (told.verdict, told.attribution.effects) == (CLASS_NAMED, ())
+    diagnosis = diagnosis_of(with_answers(unknown, class_answer=class_answer(NAMED_CLASS)))
+    assert (diagnosis.verdict, diagnosis.attribution.effects) == (CLASS_NAMED, ())
     # How far is of the class, and beside it of the laws.
-    before, floor = told.reduction.rms_before, told.reduction.noise_floor
-    left = floor**2 + 0.01 * (before**2 - floor**2)
-    assert told.reduction.rho == pytest.approx(np.sqrt(left) / before)
-    assert told.reduction_law.rho == 1.0
+    before, floor = diagnosis.reduction.rms_before, diagnosis.reduction.noise_floor
+    remaining = floor**2 + 0.01 * (before**2 - floor**2)
+    assert diagnosis.reduction.rho == pytest.approx(np.sqrt(remaining) / before)
+    assert diagnosis.reduction_law.rho == 1.0
 
 
 def line(size, explained=1.0):
@@ -177,31 +177,31 @@ def line(size, explained=1.0):
 
 def test_records_that_mix_the_classes_ask_for_others_where_no_cause_is_named():
     mixed = no_class(("a",), experiment="drive on")
-    none = found(with_answers(linear_problem({"outside": 5.0}), class_answer=mixed))
+    none = diagnosis_of(with_answers(linear_problem({"outside": 5.0}), class_answer=mixed))
     assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
     assert none.attribution.discriminating_experiment == "drive on"
     # A law that is named beside them asks for nothing.
-    law = found(with_answers(linear_problem({"a": 5.0}), class_answer=mixed))
+    law = diagnosis_of(with_answers(linear_problem({"a": 5.0}), class_answer=mixed))
     assert (law.verdict, law.attribution.discriminating_experiment) == (NAMED, "")
 
 
 def test_motion_beside_the_orders_is_put_together_with_the_effects():
     known = linear_problem({"a": 5.0})
-    without = found(with_answers(known, off_order_motions=()))
+    without = diagnosis_of(with_answers(known, off_order_motions=()))
     assert (without.verdict, without.reduction_law, without.classes) == (NAMED, None, None)
-    both = found(with_answers(known, off_order_motions=(line(16.0),)))
+    both = diagnosis_of(with_answers(known, off_order_motions=(line(16.0),)))
     assert (both.verdict, both.attribution.effects) == (CLASS_NAMED, ("a",))
     assert both.reduction_law.rms_before**2 == pytest.approx(26.0)
     assert both.reduction.rms_before**2 == pytest.approx(42.0)
     assert both.classes.ids == ("nonsynchronous/0.47X",)
     # Where neither explains the gap no effect is named.
-    none = found(with_answers(known, off_order_motions=(line(64.0, 0.2),)))
+    none = diagnosis_of(with_answers(known, off_order_motions=(line(64.0, 0.2),)))
     assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
     assert both.shrinks_by_class
     assert not none.shrinks_by_class
-    quiet = found(with_answers(linear_problem({}), off_order_motions=(line(16.0),)))
+    quiet = diagnosis_of(with_answers(linear_problem({}), off_order_motions=(line(16.0),)))
     assert quiet.verdict == CLASS_NAMED
-    assert found(linear_problem({})).verdict == AT_NOISE_FLOOR
+    assert diagnosis_of(linear_problem({})).verdict == AT_NOISE_FLOOR
 
 
 def test_classes_on_the_orders_and_motion_beside_them_are_told_together():
@@ -210,13 +210,13 @@ def test_classes_on_the_orders_and_motion_beside_them_are_told_together():
         "off_order_motions": (line(16.0),),
     }
     problem = with_answers(linear_problem({"outside": 5.0}), **answers)
-    told = found(problem)
-    assert told.verdict == CLASS_NAMED
-    assert told.classes.ids == ("nonsynchronous/0.47X", "spring")
+    diagnosis = diagnosis_of(problem)
+    assert diagnosis.verdict == CLASS_NAMED
+    assert diagnosis.classes.ids == ("nonsynchronous/0.47X", "spring")
     # What the laws alone do is kept through both.
-    assert told.reduction_law.rho == 1.0
-    assert told.reduction_law.rms_before**2 == pytest.approx(26.0)
-    assert told.reduction.rms_before**2 == pytest.approx(42.0)
+    assert diagnosis.reduction_law.rho == 1.0
+    assert diagnosis.reduction_law.rms_before**2 == pytest.approx(26.0)
+    assert diagnosis.reduction.rms_before**2 == pytest.approx(42.0)
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_agreement_is_said_of_a_noise_that_is_known_and_small(
         (type(linear_problem({})),),
         {"signal_square": signal_square, "unknown_floor": unknown_floor},
     )
-    diagnosis = found(quiet(**vars(linear_problem({}))), floor_is_measured=measured)
+    diagnosis = diagnosis_of(quiet(**vars(linear_problem({}))), floor_is_measured=measured)
     if is_earned:
         assert (diagnosis.verdict, diagnosis.reason_id) == (AT_NOISE_FLOOR, "")
         return
@@ -265,6 +265,6 @@ def test_a_gap_that_noise_of_unknown_size_may_be_is_of_no_unknown_cause(
 ):
     answer = replace(no_class(), share=0.4, learnable=learnable)
     problem = with_answers(linear_problem({"outside": cause}), class_answer=answer)
-    diagnosis = found(problem, floor_is_measured=measured)
+    diagnosis = diagnosis_of(problem, floor_is_measured=measured)
     expected = (NOT_DIAGNOSABLE, FLOOR_UNKNOWN) if is_open else (NONE_OF_THESE, "")
     assert (diagnosis.verdict, diagnosis.reason_id) == expected

@@ -221,20 +221,20 @@ def answer(state=NAMED_CLASS, classes=(), ties=(), share=0.99, learnable=0.99, l
     )
 
 
-def joint(found, laws=(), phi=0.99, *, rivals=(), **changed):
+def joint(class_answer, laws=(), phi=0.99, *, rivals=(), **changed):
     """Verdict where laws that leave 1.2 floors are accepted."""
     return verdict_of(
         Selection(laws, rivals, ()),
         reduction(phi, **changed),
-        found,
+        class_answer,
         Thresholds(),
         floor_is_measured=True,
     )
 
 
-def at_floor(found):
+def at_floor(class_answer):
     """Verdict where the gap is that of the noise."""
-    return joint(found, noise_floor=2.0)
+    return joint(class_answer, noise_floor=2.0)
 
 
 def test_a_law_of_the_named_class_is_named_and_how_far_is_of_the_law():
@@ -256,7 +256,7 @@ def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_cl
     assert result.reduction.rms_after == pytest.approx(math.sqrt(0.01 + 0.01 * 3.99))
     assert result.reduction.rho == pytest.approx(result.reduction.rms_after / 2.0)
     assert result.reduction.floor_multiple == pytest.approx(result.reduction.rms_after / 0.1)
-    low, high = (math.sqrt(0.01 + left * 3.99) / 2.0 for left in (0.0, 0.02))
+    low, high = (math.sqrt(0.01 + share * 3.99) / 2.0 for share in (0.0, 0.02))
     assert result.reduction.rho_ci95 == pytest.approx((low, high))
     assert result.answer.classes[0].law == "cube"
     assert not result.answer.classes[0].law_named
@@ -276,8 +276,8 @@ def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only
 ):
     # Mean squares above that of the floor: 0.09 of the law, 0.016 or 0.11 of the class.
     spring = answer(classes=[finding("spring", law="cube", is_named=True)])
-    left = {"rms_after": math.sqrt(0.1), "floor_multiple": math.sqrt(10.0)}
-    of_law = reduction(0.99, **left)
+    remaining = {"rms_after": math.sqrt(0.1), "floor_multiple": math.sqrt(10.0)}
+    of_law = reduction(0.99, **remaining)
     of_class = shapes and reduction(0.999, rms_after=shapes, floor_multiple=shapes / 0.1)
     result = verdict_of(
         Selection(("cube",), (), ()),
@@ -294,7 +294,7 @@ def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only
 
 
 @pytest.mark.parametrize(
-    ("left", "shapes", "verdict"),
+    ("remaining_rms", "shapes", "verdict"),
     [
         (0.11, Rejection("explained", "measured spring", "explains 0% of the gap"), NAMED),
         (0.11, 0.2, NAMED),
@@ -304,11 +304,11 @@ def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only
     ],
 )
 def test_a_law_at_the_noise_stands_where_the_simulator_refuses_a_further_class(
-    left, shapes, verdict
+    remaining_rms, shapes, verdict
 ):
     """Dry friction that stops the mass is, in force space, a class more."""
     pair = answer(classes=[finding("spring", law="cube"), finding("friction", law="coulomb")])
-    of_law = reduction(0.999, rms_after=left, floor_multiple=left / 0.1)
+    of_law = reduction(0.999, rms_after=remaining_rms, floor_multiple=remaining_rms / 0.1)
     if isinstance(shapes, float):
         shapes = reduction(0.99, rms_after=shapes, floor_multiple=shapes / 0.1)
     result = verdict_of(
@@ -326,8 +326,8 @@ def test_a_law_at_the_noise_stands_where_the_simulator_refuses_a_further_class(
 
 
 def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
-    whole = joint(answer(classes=[finding("spring")], share=1.02)).reduction
-    assert (whole.rms_after, whole.floor_multiple) == pytest.approx((0.1, 1.0))
+    full = joint(answer(classes=[finding("spring")], share=1.02)).reduction
+    assert (full.rms_after, full.floor_multiple) == pytest.approx((0.1, 1.0))
     # A floor that is not known, or said to be above all that was measured.
     result = answer(classes=[finding("spring")])
     none = joint(result, phi=0.5, noise_floor=0.0)
@@ -340,9 +340,9 @@ def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
 @pytest.mark.parametrize("before", [0.0, math.inf])
 def test_without_a_gap_that_is_a_number_a_class_tells_its_share_alone(before):
     result = answer(classes=[finding("spring")])
-    told = joint(result, phi=0.5, rms_before=before).reduction
-    assert told.phi == 0.99
-    assert (told.rms_after, told.rho) == (0.5, 0.25)
+    shrunk = joint(result, phi=0.5, rms_before=before).reduction
+    assert shrunk.phi == 0.99
+    assert (shrunk.rms_after, shrunk.rho) == (0.5, 0.25)
 
 
 def test_a_law_of_another_class_is_not_named():
@@ -410,8 +410,12 @@ def test_nothing_stays_at_the_floor_and_a_law_that_only_the_simulation_shows_has
 
 def test_records_that_show_no_element_allow_no_diagnosis_unless_a_law_is_simulated():
     unseen = replace(answer(NOT_VISIBLE, share=float("nan")), note="the mass sticks")
-    told = joint(unseen)
-    assert (told.verdict, told.reason, told.effects) == (NOT_DIAGNOSABLE, "the mass sticks", ())
+    result = joint(unseen)
+    assert (result.verdict, result.reason, result.effects) == (
+        NOT_DIAGNOSABLE,
+        "the mass sticks",
+        (),
+    )
     assert at_floor(unseen).verdict == AT_NOISE_FLOOR
     # While dry friction sticks no class sees it, and the simulation does.
     assert joint(unseen, ("coulomb",)).answer.ids == ("friction",)
@@ -503,14 +507,14 @@ def test_a_class_keeps_its_nearest_law_where_that_is_named_and_else_takes_the_na
 
 def test_the_reason_of_a_class_tells_its_share_and_the_nearest_laws():
     spring, loop = finding("spring", 0.7, "cube", 0.75), finding("loop", 0.29, "slider", 1.25)
-    told = "explains 99.0% of the gap above the floor (mean square) on held-out records"
-    assert joint(answer(classes=[finding("spring")])).reason == f"spring {told}"
+    explained = "explains 99.0% of the gap above the floor (mean square) on held-out records"
+    assert joint(answer(classes=[finding("spring")])).reason == f"spring {explained}"
     result = joint(answer(classes=[spring, loop]))
-    assert result.reason == f"spring with loop {told}; nearest law cube 75%, slider 100%"
+    assert result.reason == f"spring with loop {explained}; nearest law cube 75%, slider 100%"
     ties = (("loop",), ("friction", "loop"))
     tied = joint(answer(classes=[finding("spring")], ties=ties))
     assert tied.reason == (
-        f"spring {told}; loop, friction with loop predicts held-out records as well"
+        f"spring {explained}; loop, friction with loop predicts held-out records as well"
     )
 
 
@@ -533,9 +537,9 @@ def test_classes_of_laws_that_stand_together_share_out_what_went_as_each_was_add
     laws = ("cube", "coulomb", "quintic")
     result = joint(nothing, laws, phi=0.98, steps=steps).answer.classes
     # Of 4 - 0.25 = 3.75 both springs take 3 and 0.11, the friction 0.64.
-    shares = {own.id: own.share for own in result}
+    shares = {entry.id: entry.share for entry in result}
     assert shares == pytest.approx({"spring": 0.98 * 3.11 / 3.75, "friction": 0.98 * 0.64 / 3.75})
-    assert sum(own.share_ci95[0] for own in result) == pytest.approx(0.9)
+    assert sum(entry.share_ci95[0] for entry in result) == pytest.approx(0.9)
 
 
 # A diagnosis from the records to the verdict

@@ -14,7 +14,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[2] / "docs" / "notebooks").glob("*.ip
 def cells(path, kind):
     notebook = json.loads(path.read_text(encoding="utf-8"))
     assert notebook["nbformat"] == 4
-    return ["".join(own["source"]) for own in notebook["cells"] if own["cell_type"] == kind]
+    return ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == kind]
 
 
 def run_cell(source, names):
@@ -41,7 +41,7 @@ def test_every_cell_runs_and_leaves_nothing(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}
     shown = [run_cell(source, names) for source in cells(path, "code")]
-    pages = [own._repr_html_() for own in shown if hasattr(own, "_repr_html_")]
+    pages = [result._repr_html_() for result in shown if hasattr(result, "_repr_html_")]
     assert len(pages) >= 2
     assert all("<table" in page for page in pages)
     assert not list(tmp_path.iterdir())

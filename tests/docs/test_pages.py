@@ -28,14 +28,16 @@ def blocks(language):
 CHAIN = "cf.diagnosed("
 
 
-@pytest.mark.parametrize("block", [own for own in blocks("python") if CHAIN not in own.values[0]])
+@pytest.mark.parametrize(
+    "block", [block for block in blocks("python") if CHAIN not in block.values[0]]
+)
 def test_python_runs(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(block, "page", "exec"), {"__name__": "page"})
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("block", [own for own in blocks("python") if CHAIN in own.values[0]])
+@pytest.mark.parametrize("block", [block for block in blocks("python") if CHAIN in block.values[0]])
 def test_the_chain_runs(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(block, "page", "exec"), {"__name__": "page"})

@@ -33,8 +33,8 @@ WRITTEN = {"cad": ("carrier.step", "surfaces.toml"), "simulate": ("LC1.csv",)}
 
 def commands():
     """Every ``carrierflex`` command of the list, in the blocks and within sentences."""
-    own = re.findall(r"`(carrierflex [^`]+)`", BY_EXAMPLE.replace("\n", " "))
-    return [*blocks(BY_EXAMPLE), *own]
+    inline = re.findall(r"`(carrierflex [^`]+)`", BY_EXAMPLE.replace("\n", " "))
+    return [*blocks(BY_EXAMPLE), *inline]
 
 
 def documented():

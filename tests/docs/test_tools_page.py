@@ -33,14 +33,14 @@ def page(monkeypatch):
 
 
 def test_every_format_that_is_read_or_written_is_on_the_page(page):
-    for own in LOG_FORMATS:
-        assert all(f"`{suffix}`" in page for suffix in own.suffixes)
-        assert not own.extra or f"carrierflex[{own.extra}]" in page
+    for log_format in LOG_FORMATS:
+        assert all(f"`{suffix}`" in page for suffix in log_format.suffixes)
+        assert not log_format.extra or f"carrierflex[{log_format.extra}]" in page
     assert all(f"| {what} | {why} | {do} |" in page for what, why, do in NOT_READ)
-    assert all(f"| {own.tools} | `{own.name}` |" in page for own in EXPORT_FORMATS)
-    for own in EXPORT_FORMATS:
-        suffixes = ", ".join(f"`{suffix}`" for suffix in own.reads)
-        assert not own.reads or f"| {suffixes} | {own.taken} | {own.tried} |" in page
+    assert all(f"| {export.tools} | `{export.name}` |" in page for export in EXPORT_FORMATS)
+    for export in EXPORT_FORMATS:
+        suffixes = ", ".join(f"`{suffix}`" for suffix in export.reads)
+        assert not export.reads or f"| {suffixes} | {export.taken} | {export.tried} |" in page
     assert all(f"| {why} | {do} |" in page for _, _, why, do in export_formats.NOT_READ)
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     lists = (LOG_FORMATS, NOT_READ, EXPORT_FORMATS, export_formats.NOT_READ)
@@ -49,9 +49,11 @@ def test_every_format_that_is_read_or_written_is_on_the_page(page):
 
 def test_the_lists_are_what_the_commands_know():
     formats = inspect.signature(export_body.main, eval_str=True).parameters["format"].annotation
-    assert [own.name for own in EXPORT_FORMATS] == list(get_args(formats))
-    assert set(foreign_bodies._READERS) == {own.name for own in EXPORT_FORMATS if own.reads}
-    suffixes = [suffix for own in EXPORT_FORMATS for suffix in own.reads]
+    assert [export.name for export in EXPORT_FORMATS] == list(get_args(formats))
+    assert set(foreign_bodies._READERS) == {
+        export.name for export in EXPORT_FORMATS if export.reads
+    }
+    suffixes = [suffix for export in EXPORT_FORMATS for suffix in export.reads]
     refused = [suffix for listed, *_ in export_formats.NOT_READ for suffix in listed]
     assert len({*suffixes, *refused}) == len(suffixes) + len(refused)
-    assert {".parquet", *_READERS} == {s for own in LOG_FORMATS for s in own.suffixes}
+    assert {".parquet", *_READERS} == {s for log_format in LOG_FORMATS for s in log_format.suffixes}

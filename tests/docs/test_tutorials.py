@@ -32,10 +32,10 @@ python() { "$PYTHON" -P "$@"; }
 def script(page):
     """The page's blocks as one shell script; Python goes into it as it stands."""
     text = page.read_text(encoding="utf-8")
-    parts = [PREAMBLE]
+    steps = [PREAMBLE]
     for language, block in re.findall(r"```(sh|python)\n(.*?)```", text, flags=re.DOTALL):
-        parts.append(block if language == "sh" else f"python - <<'END'\n{block}END\n")
-    return "".join(parts)
+        steps.append(block if language == "sh" else f"python - <<'END'\n{block}END\n")
+    return "".join(steps)
 
 
 def expected_lines(page):
@@ -44,23 +44,23 @@ def expected_lines(page):
     return [line.split() for line in "".join(blocks).splitlines()]
 
 
-def is_same(found, expected):
+def is_same(printed, expected):
     """Equal words; numbers within half a per cent, errors of one digit within a factor of two."""
-    if len(found) != len(expected):
+    if len(printed) != len(expected):
         return False
     before = ["", *expected]
     return all(
         is_same_word(*words, 1.0 if previous in ("±", "+-") else 5e-3)
-        for words, previous in zip(zip(found, expected, strict=True), before, strict=False)
+        for words, previous in zip(zip(printed, expected, strict=True), before, strict=False)
     )
 
 
-def is_same_word(found, expected, tolerance):
-    first, second = (word.strip(",[]") for word in (found, expected))
+def is_same_word(printed, expected, tolerance):
+    first, second = (word.strip(",[]") for word in (printed, expected))
     try:
         return abs(float(first) - float(second)) <= tolerance * abs(float(second))
     except ValueError:
-        return found == expected
+        return printed == expected
 
 
 def carrier_is_tilted(folder):
@@ -127,8 +127,10 @@ def test_a_tutorial_runs_as_it_stands(page, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "Warning" not in done.stderr
-    left = re.search(r"It leaves (.*?)\.\n", page.read_text(encoding="utf-8"), flags=re.DOTALL)[1]
-    for name in re.findall(r"`([^`]+)`", left):
+    outputs = re.search(r"It leaves (.*?)\.\n", page.read_text(encoding="utf-8"), flags=re.DOTALL)[
+        1
+    ]
+    for name in re.findall(r"`([^`]+)`", outputs):
         assert (tmp_path / name).exists(), name
     screen = [line.split() for line in done.stdout.splitlines()]
     expected = expected_lines(page)

@@ -46,7 +46,7 @@ def test_fatigue_rig_with_other_columns_is_refused(fatigue_rig):
 
 def test_angle_of_the_pendulum_is_counted_from_the_hanging_position(tmp_path):
     swing = np.pi + 0.5 * np.cos(np.linspace(0.0, 20.0, 600))
-    pieces = [np.array([part, 0.0 * part]) for part in np.array_split(swing, 6)]
+    pieces = [np.array([piece, 0.0 * piece]) for piece in np.array_split(swing, 6)]
     cells = np.empty((6, 1), dtype=object)
     cells[:, 0] = pieces
     path = tmp_path / convert_pendulum.FILE

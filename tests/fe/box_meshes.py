@@ -39,12 +39,12 @@ def round_bar(radius, length, n, body="carrier", n_long=None):
         )
         / cells
     )
-    parts, tets = [], []
+    corners, tets = [], []
     # Mirrored quarters, so that the rings' corners always lie on element edges.
     for quadrant, (sign_y, sign_z) in enumerate(((1, 1), (-1, 1), (1, -1), (-1, -1))):
-        parts.append(quarter * np.array([length, sign_y, sign_z]))
+        corners.append(quarter * np.array([length, sign_y, sign_z]))
         tets.append(_kuhn_tetrahedra(cells) + quadrant * len(quarter))
-    points, numbers = np.unique(np.round(np.concatenate(parts), 12), axis=0, return_inverse=True)
+    points, numbers = np.unique(np.round(np.concatenate(corners), 12), axis=0, return_inverse=True)
     mesh = _quadratic(points, numbers.ravel()[np.concatenate(tets)], length, body)
     moved = mesh.points.copy()
     ring, distance = np.abs(moved[:, 1:]).max(axis=1), np.hypot(moved[:, 1], moved[:, 2])

@@ -73,8 +73,10 @@ def flexure_load(mesh, lengths):
     """
     length, width, height = lengths
     second = width * height**3 / 12.0
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
-    basis = skfem.Basis(own, skfem.ElementTetP2())
+    quadratic = skfem.MeshTet2(
+        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T)
+    )
+    basis = skfem.Basis(quadratic, skfem.ElementTetP2())
     distance, nodes = cKDTree(mesh.points).query(basis.doflocs.T)
     assert distance.max() < 1e-12
     f = np.zeros((len(mesh.points), 3))

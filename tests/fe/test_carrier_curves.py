@@ -167,9 +167,9 @@ def test_the_half_sector_gives_the_curve_of_the_whole_carrier(variant, request, 
         else bonded_pin_load(1, force, 0.0, 3)
     )
     half = half_sector_curve(request.getfixturevalue(f"{variant}_half"), carrier, load)
-    whole = request.getfixturevalue(f"{variant}_deflection").curves["tangential"]
+    curve = request.getfixturevalue(f"{variant}_deflection").curves["tangential"]
     for kind in ("axial", "radial"):
-        expected = getattr(whole, kind)
+        expected = getattr(curve, kind)
         assert_allclose(getattr(half, kind), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 

@@ -30,8 +30,10 @@ CELLS = np.array([1, 2, 3])
 
 def scalar_basis(mesh, make=skfem.Basis, **options):
     """Scalar quadratic basis on the curved mesh, and our number of each of its dofs."""
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
-    basis = make(own, skfem.ElementTetP2(), **options)
+    quadratic = skfem.MeshTet2(
+        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T)
+    )
+    basis = make(quadratic, skfem.ElementTetP2(), **options)
     distance, nodes = cKDTree(mesh.points).query(basis.doflocs.T)
     assert distance.max() < 1e-12
     return basis, nodes
@@ -40,9 +42,13 @@ def scalar_basis(mesh, make=skfem.Basis, **options):
 def bore_pressure(mesh):
     """Consistent nodal forces of unit pressure in the bore."""
     f = np.zeros((len(mesh.points), 3))
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
+    quadratic = skfem.MeshTet2(
+        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T)
+    )
     # The middle of a facet's corners lies within the bore's circle for the bore's facets only.
-    facets = own.facets_satisfying(lambda x: np.hypot(x[1], x[2]) < RADII[0], boundaries_only=True)
+    facets = quadratic.facets_satisfying(
+        lambda x: np.hypot(x[1], x[2]) < RADII[0], boundaries_only=True
+    )
     assert len(facets) == len(mesh.surface("bore"))
     basis, nodes = scalar_basis(mesh, skfem.FacetBasis, facets=facets, intorder=5)
     for axis in range(3):

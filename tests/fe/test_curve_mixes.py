@@ -67,9 +67,9 @@ def test_freer_mixes_never_leave_more():
     rng = np.random.default_rng(5)
     for _ in range(20):
         made = curve(*rng.standard_normal(3))
-        left = [mix(made, STIFF, FLEXIBLE).residual for mix in KINDS]
-        assert left[0] <= left[1] + 1e-12
-        assert left[1] <= left[2] + 1e-12
+        residuals = [mix(made, STIFF, FLEXIBLE).residual for mix in KINDS]
+        assert residuals[0] <= residuals[1] + 1e-12
+        assert residuals[1] <= residuals[2] + 1e-12
 
 
 def test_curves_that_cannot_be_compared_are_refused():

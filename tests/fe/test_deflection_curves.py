@@ -90,5 +90,5 @@ def test_long_records_are_read_from_a_table_that_equals_the_series():
     curve = DeflectionCurve("rough", 0.412, 1.0, rng.standard_normal(360), rng.standard_normal(360))
     angle = rng.uniform(-50.0, 50.0, 20000)
     for at in (curve.axial_at, curve.radial_at):
-        pieces = np.concatenate([at(part) for part in np.split(angle, 10)])
+        pieces = np.concatenate([at(piece) for piece in np.split(angle, 10)])
         assert_allclose(at(angle), pieces, rtol=0.0, atol=1e-9)

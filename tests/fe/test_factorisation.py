@@ -149,11 +149,11 @@ def test_without_mkl_and_kvxopt_scipy_serves_and_says_so_once(first_use, caplog)
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_held_freedoms_stay_at_rest_and_the_others_do_not_see_them(library, monkeypatch):
     monkeypatch.setattr(factorisation, "_factoriser", lambda: library)
-    K, held = free_stiffness(), statically_determinate_dofs(BOX.points)
-    free = np.setdiff1d(np.arange(K.shape[0]), held)
+    K, fixed = free_stiffness(), statically_determinate_dofs(BOX.points)
+    free = np.setdiff1d(np.arange(K.shape[0]), fixed)
     b = np.random.default_rng(5).standard_normal((K.shape[0], 2))
-    x = factorise(K, fixed=held).solve(b)
-    assert not x[held].any()
+    x = factorise(K, fixed=fixed).solve(b)
+    assert not x[fixed].any()
     reference = np.linalg.solve(K[free][:, free].toarray(), b[free])
     assert_allclose(x[free], reference, rtol=0.0, atol=1e-10 * np.abs(reference).max())
 
@@ -163,7 +163,7 @@ def test_upper_triangle_is_scipys_where_nothing_is_held():
     upper, expected = upper_triangle(A, np.zeros(0, dtype=np.int64)), sp.triu(A, format="csr")
     assert abs(upper - expected).max() == 0.0
     assert upper.nnz == expected.nnz
-    held = upper_triangle(A, np.array([3, 5]))
-    assert (held[[3]].indices == [3]).all()
-    assert (held[:, [5]].tocoo().row == [5]).all()
-    assert (held.diagonal() == A.diagonal()).all()
+    triangle = upper_triangle(A, np.array([3, 5]))
+    assert (triangle[[3]].indices == [3]).all()
+    assert (triangle[:, [5]].tocoo().row == [5]).all()
+    assert (triangle.diagonal() == A.diagonal()).all()

@@ -26,9 +26,9 @@ def shaft(carrier):
     return craig_bampton(main_shaft_structure(mesh, carrier, SHAFT), 0).model
 
 
-def answer(shaft, held, pilot, component):
+def answer(shaft, fixed_pilot, pilot, component):
     """Displacement of every pilot under a unit load on one, shape (6,) each."""
-    q = static_coordinates(shaft, [held], {pilot: np.eye(6)[component]})
+    q = static_coordinates(shaft, [fixed_pilot], {pilot: np.eye(6)[component]})
     return {name: q[shaft.coordinates_of(name)] for name in shaft.pilots}
 
 

@@ -83,15 +83,17 @@ def our_constraint(table, averaged, components):
             weights += [float(np.float32(weight))] * len(which)
     node_rows, nodes = np.unique(dofs[columns, 0], return_inverse=True)
     points = np.array([location[number[node, 1]] for node in node_rows])
-    own = AveragedDofs(points, nodes, direction[columns], dofs[columns, 1] > 3, np.array(weights))
+    averaged_dofs = AveragedDofs(
+        points, nodes, direction[columns], dofs[columns, 1] > 3, np.array(weights)
+    )
     pilot = [number[PILOT, c] for c in range(1, 7)]
-    G = point_coupling(own, location[pilot[0]])
+    G = point_coupling(averaged_dofs, location[pilot[0]])
     frame = np.zeros((6, 6))
     frame[:3, :3], frame[3:, 3:] = direction[pilot[:3]], direction[pilot[3:]]
-    kept = [int(c) - 1 for c in components]
-    C = np.zeros((len(kept), len(dofs)))
-    C[range(len(kept)), [pilot[i] for i in kept]] = 1.0
-    C[:, columns] -= (frame @ G)[kept]
+    constrained = [int(c) - 1 for c in components]
+    C = np.zeros((len(constrained), len(dofs)))
+    C[range(len(constrained)), [pilot[i] for i in constrained]] = 1.0
+    C[:, columns] -= (frame @ G)[constrained]
     return C
 
 

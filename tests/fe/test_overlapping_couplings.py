@@ -26,8 +26,8 @@ def box_with(**surfaces):
     mesh = box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
     end = mesh.surface("end")
     middles = mesh.points[end].mean(axis=1)
-    parts = {name: end[chosen(middles)] for name, chosen in surfaces.items()}
-    return TetMesh(mesh.points, mesh.tets, {**mesh.surfaces, **parts}, mesh.bodies)
+    subsets = {name: end[chosen(middles)] for name, chosen in surfaces.items()}
+    return TetMesh(mesh.points, mesh.tets, {**mesh.surfaces, **subsets}, mesh.bodies)
 
 
 def pilots_on(mesh, *names):
@@ -71,19 +71,19 @@ def test_independence_is_one_apart_less_on_shared_nodes_and_zero_on_one_surface(
 
 def test_a_whole_and_its_two_halves_are_refused_though_every_two_of_them_would_do(caplog):
     mesh = box_with(low=lambda x: x[:, 1] < 0.5, high=lambda x: x[:, 1] > 0.5)
-    low, high, whole = (
+    low, high, union = (
         distributing_pilot(mesh, name, np.array([1.0, 0.5, 0.5])) for name in ("low", "high", "end")
     )
     with caplog.at_level("INFO", logger="carrierflex.fe.pilot_overlaps"):
         refuse_dependent_pilots((low, high), mesh.points)
-        refuse_dependent_pilots((low, whole), mesh.points)
+        refuse_dependent_pilots((low, union), mesh.points)
     assert "'low' and 'high' share" in caplog.text
     assert "'low' and 'end' share" in caplog.text
     assert "couplings stay independent" in caplog.text
     with pytest.raises(
         ValueError, match=r"pilots 'low', 'high', 'end' cannot move independently: .* have rank 12"
     ):
-        refuse_dependent_pilots((low, high, whole), mesh.points)
+        refuse_dependent_pilots((low, high, union), mesh.points)
 
 
 def test_pilots_that_share_a_component_on_the_same_nodes_need_different_ones():

@@ -39,8 +39,8 @@ def compliance(mesh):
     """Work of the weight across one leg on the displacement that it makes, the other leg held."""
     K, M = assemble_stiffness_and_mass(mesh, BODY_MATERIALS)
     weight = (M @ np.tile([0.0, 9.81, 0.0], len(mesh.points)))[:, None]
-    held = dofs_of(np.flatnonzero(mesh.points[:, 1] > LEG - 1e-9)).ravel()
-    return float((weight.T @ held_displacement(K, held, weight))[0, 0])
+    fixed = dofs_of(np.flatnonzero(mesh.points[:, 1] > LEG - 1e-9)).ravel()
+    return float((weight.T @ held_displacement(K, fixed, weight))[0, 0])
 
 
 def test_drawn_nodes_halve_the_error_of_a_singular_stress_at_the_same_unknowns():

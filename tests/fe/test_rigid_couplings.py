@@ -110,8 +110,8 @@ def test_a_rigid_pilot_that_the_body_does_not_have_is_refused(flexible_structure
 
 
 def test_a_rigid_surface_that_takes_a_distributing_pilots_nodes_is_refused(flexible_mesh, carrier):
-    part = {**flexible_mesh.surfaces, "upwind_seat": flexible_mesh.surface("shaft_face")[:20]}
-    mesh = replace(flexible_mesh, surfaces=part)
+    surfaces = {**flexible_mesh.surfaces, "upwind_seat": flexible_mesh.surface("shaft_face")[:20]}
+    mesh = replace(flexible_mesh, surfaces=surfaces)
     structure = structural_model("both", mesh, carrier, ("shaft_face", "upwind_seat"))
     message = (
         r"with 'shaft_face' rigid the pilots cannot move independently: 'shaft_face' and "

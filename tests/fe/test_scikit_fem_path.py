@@ -30,8 +30,10 @@ def test_compiled_matrices_equal_scikit_fems_on_curved_elements(mesh, request):
 
 def test_our_weak_forms_are_scikit_fems_model_of_elasticity_and_the_mass_of_the_volume():
     mesh = round_bar(0.05, 0.1, 1)
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
-    basis = skfem.Basis(own, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
+    quadratic = skfem.MeshTet2(
+        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T)
+    )
+    basis = skfem.Basis(quadratic, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
     K = stiffness_form(*CAST_IRON.lame).assemble(basis)
     model = linear_elasticity(*lame_parameters(CAST_IRON.E, CAST_IRON.nu)).assemble(basis)
     assert abs(K - model).max() < 1e-12 * abs(model).max()

@@ -17,8 +17,8 @@ from carrierflex.geometry.carrier_mesh import flexible_half_sector
 
 def held_problem(half):
     """K of a half sector held at its shaft face, its linear part, and forces at random."""
-    held = dofs_of(np.unique(half.surface("shaft_face"))).ravel()
-    free = np.setdiff1d(np.arange(half.points.size), held)
+    fixed = dofs_of(np.unique(half.surface("shaft_face"))).ravel()
+    free = np.setdiff1d(np.arange(half.points.size), fixed)
     K = sp.csr_array(assemble_stiffness(half, BODY_MATERIALS)[free][:, free])
     P = sp.csc_array(linear_part(half)[free][:, free])
     b = np.random.default_rng(5).standard_normal(len(free))

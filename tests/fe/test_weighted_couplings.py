@@ -138,9 +138,9 @@ def test_nodes_in_line_hold_all_but_the_rotation_about_it(mesh, nodes):
     load = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 0.0])
     assert_allclose(resultant(pilot, mesh, load), load, rtol=0.0, atol=1e-12)
     # Off the line, the motion along x depends on the lost rotation as well.
-    beside = mesh.points[line].mean(axis=0) + np.array([0.0, 0.3, 0.0])
+    off_line = mesh.points[line].mean(axis=0) + np.array([0.0, 0.3, 0.0])
     with pytest.raises(ValueError, match=r"cannot hold a pilot's translation x, rotation z: "):
-        weighted_pilot(mesh, "end", beside, weights)
+        weighted_pilot(mesh, "end", off_line, weights)
 
 
 def test_a_single_node_holds_translations_only(mesh, nodes):
@@ -158,9 +158,9 @@ def test_a_single_node_holds_translations_only(mesh, nodes):
 
 
 def test_components_are_rows_of_the_full_coupling_in_the_order_asked_for(mesh):
-    whole = distributing_pilot(mesh, "end", POINT)
+    full = distributing_pilot(mesh, "end", POINT)
     some = distributing_pilot(mesh, "end", POINT, components=(5, 0, 3))
-    assert_allclose(some.G.toarray(), whole.G[[5, 0, 3]].toarray(), rtol=0.0, atol=0.0)
+    assert_allclose(some.G.toarray(), full.G[[5, 0, 3]].toarray(), rtol=0.0, atol=0.0)
     load = np.array([2.0, 0.0, 0.0, -1.0, 0.0, 3.0])
     assert_allclose(resultant(some, mesh, load), load, rtol=0.0, atol=1e-12)
 
@@ -207,9 +207,9 @@ def test_a_body_that_its_pilots_do_not_hold_is_not_reduced():
     ):
         craig_bampton(box, 1)
     # Held, it holds what it couples: translations of the face's mean, not its turning.
-    whole = distributing_pilot(mesh, "start", np.zeros(3))
-    held = HeldStructure(GroundedBody(box.K, box.points), (pilot, whole))
-    u, reaction = held.solve(np.zeros((box.n_dofs, 1)), np.eye(9)[:, :1])
+    start = distributing_pilot(mesh, "start", np.zeros(3))
+    constrained = HeldStructure(GroundedBody(box.K, box.points), (pilot, start))
+    u, reaction = constrained.solve(np.zeros((box.n_dofs, 1)), np.eye(9)[:, :1])
     assert_allclose(pilot.G @ u, np.eye(3)[:, :1], rtol=0.0, atol=1e-9)
-    assert_allclose(whole.G @ u, 0.0, rtol=0.0, atol=1e-9)
+    assert_allclose(start.G @ u, 0.0, rtol=0.0, atol=1e-9)
     assert_allclose(reaction[:3] + reaction[3:6], 0.0, rtol=0.0, atol=1e-9 * np.abs(reaction).max())

@@ -64,9 +64,9 @@ def two_level_displacement(mesh, K, fixed, loads, *, rtol):
         return x, r
 
     def preconditioned(r):
-        x, left = smoothed(np.zeros_like(r), r)
-        correction = P @ coarse.solve(P.T @ left)
-        return smoothed(x + correction, left - stiffness(correction))[0]
+        x, residual = smoothed(np.zeros_like(r), r)
+        correction = P @ coarse.solve(P.T @ residual)
+        return smoothed(x + correction, residual - stiffness(correction))[0]
 
     return _conjugate_gradients(stiffness, loads * free, preconditioned, rtol)
 
@@ -80,9 +80,9 @@ def _node_blocks_inverse(K, free):
             entries = K.diagonal(other - axis)
             first = axis + min(other - axis, 0)
             blocks[:, axis, other] = entries[first::3][:n]
-    held = (1.0 - free.reshape(n, 3))[:, :, None] * np.eye(3)
-    kept = free.reshape(n, 3, 1) * free.reshape(n, 1, 3)
-    return np.linalg.inv(blocks * kept + held) * kept
+    fixed = (1.0 - free.reshape(n, 3))[:, :, None] * np.eye(3)
+    both_free = free.reshape(n, 3, 1) * free.reshape(n, 1, 3)
+    return np.linalg.inv(blocks * both_free + fixed) * both_free
 
 
 def _largest_eigenvalue(operator, free):

@@ -26,7 +26,7 @@ def holes(path):
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "reason"),
     [
         (os.mkfifo, "a device or a pipe"),
         (device, "a device or a pipe"),
@@ -36,9 +36,9 @@ def holes(path):
         (lambda path: path.write_bytes(bytes(100_001)), "100001 bytes; expected a list of at most"),
     ],
 )
-def test_only_files_are_read(tmp_path, make, told):
+def test_only_files_are_read(tmp_path, make, reason):
     make(tmp_path / "a")
-    with pytest.raises(ValueError, match=rf"/a: .*{told}") as caught:
+    with pytest.raises(ValueError, match=rf"/a: .*{reason}") as caught:
         read_json(tmp_path / "a", "a list", most_bytes=100_000)
     assert "\n" not in str(caught.value)
 
@@ -51,7 +51,7 @@ def test_sizes_are_looked_at_without_reading(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reason"),
     [
         (".".join(["a"] * 100_000) + " = 1", "key of more than 20 parts in line 1"),
         ("x = 1\n[" + " . ".join(['"a b"'] * 50) + "]", "key of more than 20 parts in line 2"),
@@ -63,10 +63,10 @@ def test_sizes_are_looked_at_without_reading(tmp_path):
         ("mass = 1e-300", "'mass' is 1e-300; expected 0, or 1e-30 at least"),
     ],
 )
-def test_costly_toml_is_refused_at_once(tmp_path, text, told):
+def test_costly_toml_is_refused_at_once(tmp_path, text, reason):
     (tmp_path / "a.toml").write_text(text)
     begin = time.process_time()
-    with pytest.raises(ValueError, match=rf"a\.toml: .*{told}"):
+    with pytest.raises(ValueError, match=rf"a\.toml: .*{reason}"):
         toml_document(tmp_path / "a.toml", KIND)
     # A key of 100 000 parts takes a minute where it is not refused.
     assert time.process_time() - begin < 20.0
@@ -105,7 +105,7 @@ def swell(path):
 
 
 @pytest.mark.parametrize(
-    ("function", "told"),
+    ("function", "reason"),
     [
         (crash, "x.step: reader ended by SIGSEGV while reading it; the file may be damaged"),
         (refuse, "x.step: not this one"),
@@ -113,11 +113,11 @@ def swell(path):
         (swell, "x.step: reader needs more memory than a sound file of this size"),
     ],
 )
-def test_a_reader_that_dies_is_one_line(tmp_path, function, told):
+def test_a_reader_that_dies_is_one_line(tmp_path, function, reason):
     path = tmp_path / "x.step"
     with pytest.raises(ValueError, match=r"x\.step: ") as caught:
         in_child(function, path, about=path, what="reader")
-    assert told in str(caught.value)
+    assert reason in str(caught.value)
     # Limits are those of the other process.
     assert resource.getrlimit(resource.RLIMIT_CPU)[0] == resource.RLIM_INFINITY
 

@@ -62,9 +62,9 @@ def test_reading_an_endless_file_is_interrupted_by_ctrl_c(tmp_path):
         assert process.stdout.readline() == "reading\n"
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=60)
+        _, stderr = process.communicate(timeout=60)
     assert process.returncode == -signal.SIGINT
-    assert "KeyboardInterrupt" in told
+    assert "KeyboardInterrupt" in stderr
 
 
 def test_a_file_is_tried_once(tmp_path, monkeypatch):

@@ -29,4 +29,4 @@ def test_what_json_does_not_know_leaves_no_file(tmp_path):
         save_plain_json(path, {"value": 1, "second": {1, 2}})
     # The file before stands.
     assert read_json(path, "values") == {"value": None, "unit": "µm"}
-    assert [own.name for own in tmp_path.iterdir()] == ["broken.json"]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["broken.json"]

@@ -94,8 +94,8 @@ def test_what_killed_processes_left_goes_and_what_others_write_stays(tmp_path):
     remove_abandoned(tmp_path, "b.csv")
     assert len(list(tmp_path.iterdir())) == 6
     remove_abandoned(tmp_path, "a.csv")
-    left = {path.name for path in tmp_path.iterdir()}
-    assert left == {alive, foreign, ".part-mine", "a.csv"}
+    remaining = {path.name for path in tmp_path.iterdir()}
+    assert remaining == {alive, foreign, ".part-mine", "a.csv"}
     yesterday = time.time() - 2 * 86_400
     os.utime(tmp_path / foreign, (yesterday, yesterday))
     remove_abandoned(tmp_path)
@@ -127,29 +127,29 @@ def test_the_next_writing_of_a_file_removes_its_litter(tmp_path):
     path = tmp_path / "a.json"
     subprocess.run([sys.executable, "-P", "-c", program, str(path)], check=False)
     assert len(list(tmp_path.iterdir())) == 1
-    with whole_file(path) as part:
-        part.write_text("whole")
+    with whole_file(path) as temporary:
+        temporary.write_text("whole")
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.json"]
 
 
 @pytest.mark.parametrize(
-    ("error", "told"),
+    ("error", "reason"),
     [
         (OSError(errno.ENOSPC, "No space left on device"), "No space left on device"),
         (OSError("13905 requested and 3558 written"), "13905 requested and 3558 written"),
         (RuntimeError("(file write failed: errno = 28, error message = '')"), "No space left"),
     ],
 )
-def test_a_full_disk_names_the_file(tmp_path, error, told):
+def test_a_full_disk_names_the_file(tmp_path, error, reason):
     path = tmp_path / "a.h5"
     path.write_text("earlier")
 
     def fails():
-        with whole_file(path) as part:
-            part.write_text("half")
+        with whole_file(path) as temporary:
+            temporary.write_text("half")
             raise error
 
-    with pytest.raises(OSError, match=rf"a\.h5: cannot be written \({told}"):
+    with pytest.raises(OSError, match=rf"a\.h5: cannot be written \({reason}"):
         fails()
     assert path.read_text() == "earlier"
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.h5"]

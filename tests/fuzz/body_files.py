@@ -32,7 +32,7 @@ BODY_READERS = {
     "linked.bdf": "linked.bdf",
     "model.cdb": "model.cdb",
 }
-_BESIDE = ("body.op4", "body.asm", "body.pch")
+_LINKED_FILES = ("body.op4", "body.asm", "body.pch")
 
 
 def read(path: Path) -> None:
@@ -52,7 +52,7 @@ def body_contents(folder: Path) -> dict[str, dict[str, bytes]]:
     (folder / "linked.bdf").write_text(_LINKED + "".join(_dmig()))
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     return {
-        name: {each: files[each] for each in (_BESIDE if name in _BESIDE else (name,))}
+        name: {each: files[each] for each in (_LINKED_FILES if name in _LINKED_FILES else (name,))}
         for name in BODY_READERS
     }
 

@@ -83,8 +83,8 @@ def more_contents(folder: Path) -> dict[str, dict[str, bytes]]:
     _write_results(folder)
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     contents = {name: {name: files[name]} for name in MORE_READERS if "/" not in name}
-    whole = {name: files[name] for name in ("diagnosis.json", "report.json")}
-    return contents | {f"whole/{name}": whole for name in whole}
+    reports = {name: files[name] for name in ("diagnosis.json", "report.json")}
+    return contents | {f"whole/{name}": reports for name in reports}
 
 
 def _write_logs(folder: Path) -> None:
@@ -97,11 +97,15 @@ def _write_logs(folder: Path) -> None:
     (folder / "packed.outb").write_bytes(packed)
 
 
-def _shortened(part: Any) -> Any:
+def _shortened(value_of_document: Any) -> Any:
     """JSON without the samples of its curves from the ninth on: most damage would hit those."""
-    if isinstance(part, dict):
-        return {name: _shortened(value) for name, value in part.items()}
-    return [_shortened(value) for value in part[:8]] if isinstance(part, list) else part
+    if isinstance(value_of_document, dict):
+        return {name: _shortened(value) for name, value in value_of_document.items()}
+    return (
+        [_shortened(value) for value in value_of_document[:8]]
+        if isinstance(value_of_document, list)
+        else value_of_document
+    )
 
 
 def _write_results(folder: Path) -> None:

@@ -70,12 +70,12 @@ def _lines(draw: st.DrawFn, content: bytes) -> bytes:
     lines = content.split(b"\n")
     first = draw(st.integers(0, len(lines) - 1))
     last = min(first + draw(st.integers(1, 4)), len(lines))
-    part = lines[first:last]
+    block = lines[first:last]
     what = draw(st.sampled_from(["lose", "double", "move"]))
     rest = lines[:first] + lines[last:] if what != "double" else lines
     if what != "lose":
-        place = draw(st.integers(0, len(rest)))
-        rest = rest[:place] + part + rest[place:]
+        index = draw(st.integers(0, len(rest)))
+        rest = rest[:index] + block + rest[index:]
     return b"\n".join(rest)
 
 
@@ -83,17 +83,17 @@ def _bytes(draw: st.DrawFn, content: bytes) -> bytes:
     """Overwrite, insert or cut bytes."""
     if not content:
         return content
-    place = draw(st.integers(0, len(content) - 1))
+    offset = draw(st.integers(0, len(content) - 1))
     what = draw(st.sampled_from(["overwrite", "insert", "cut", "end", "begin"]))
     new = draw(st.binary(min_size=1, max_size=8))
     if what == "overwrite":
-        return content[:place] + new + content[place + len(new) :]
+        return content[:offset] + new + content[offset + len(new) :]
     if what == "insert":
-        return content[:place] + new + content[place:]
+        return content[:offset] + new + content[offset:]
     if what == "cut":
-        return content[:place] + content[place + draw(st.integers(1, 200)) :]
+        return content[:offset] + content[offset + draw(st.integers(1, 200)) :]
     mark = draw(st.sampled_from(_ENDS))
-    return content[:place] + mark if what == "end" else mark + content
+    return content[:offset] + mark if what == "end" else mark + content
 
 
 @st.composite
@@ -123,23 +123,23 @@ _OTHERS = [
 ]
 
 
-def _leaves(part: Any) -> Iterator[tuple[Any, Any]]:
+def _leaves(container: Any) -> Iterator[tuple[Any, Any]]:
     """Containers and keys of the values of a JSON document."""
-    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
+    for key, value in container.items() if isinstance(container, dict) else enumerate(container):
         if isinstance(value, dict | list) and value:
             yield from _leaves(value)
         else:
-            yield part, key
+            yield container, key
 
 
 @st.composite
 def damaged_values(draw: st.DrawFn, content: bytes) -> bytes:
     """JSON that is read, with one to five hostile values, or those of other places."""
     leaves = list(_leaves(document := json.loads(content)))
-    places = st.integers(0, len(leaves) - 1)
+    indices = st.integers(0, len(leaves) - 1)
     for _ in range(draw(st.integers(1, 5))):
-        (part, key), (other, place) = leaves[draw(places)], leaves[draw(places)]
-        part[key] = draw(st.sampled_from([other[place], *_OTHERS]))
+        (container, key), (other, other_key) = leaves[draw(indices)], leaves[draw(indices)]
+        container[key] = draw(st.sampled_from([other[other_key], *_OTHERS]))
     return json.dumps(document).encode()
 
 

@@ -107,7 +107,7 @@ from tests.simulation.test_law_files import LAWS
 pytestmark = pytest.mark.fuzz
 
 #: What ends as one line (carrierflex.workflows.command_line).
-TOLD = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
+REPORTED = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
 #: Seconds of processor time after which a reader counts as hanging.
 PATIENCE = 20.0
 #: Memory beyond what stood before [kB] that no small file may take, and that of a child.
@@ -220,10 +220,10 @@ def _documents(folder: Path) -> dict[str, Target]:
         "mesh_error.json": lambda path: with_mesh_error(default_curves(), path / "mesh_error.json"),
         "entry.json": lambda path: CacheStore(path.parent).lookup(path.name, ["a.csv"]),
     }
-    beside = {"times.json": ["diagnosis.json"]}
+    companions = {"times.json": ["diagnosis.json"]}
     return {
         name: Target(
-            {each: (folder / each).read_bytes() for each in (name, *beside.get(name, []))},
+            {each: (folder / each).read_bytes() for each in (name, *companions.get(name, []))},
             name,
             read,
         )
@@ -449,33 +449,33 @@ def tried(name: str, read: Callable[[Path], Any], folder: Path, file: str) -> No
     try:
         read(folder)
         counts["accepted"] += 1
-    except TOLD as error:
+    except REPORTED as error:
         message = printable(str(error.args[0] if isinstance(error, KeyError) else error))
         counts["refused"] += 1
         if file not in message or len(message) > 2100:
             bad = "unnamed"
-            told = message
+            detail = message
     except HangError:
-        bad, told = "hang", "no end"
+        bad, detail = "hang", "no end"
     except Exception as error:
-        bad, told = "traceback", repr(error)
+        bad, detail = "traceback", repr(error)
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before > MOST_MEMORY:
-        bad, told = "above 400 MB", "memory"
+        bad, detail = "above 400 MB", "memory"
     if resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss > MOST_OF_A_CHILD:
-        bad, told = "above 400 MB", "a child above 2 GB"
+        bad, detail = "above 400 MB", "a child above 2 GB"
     if bad:
         counts[bad] += 1
-        pytest.fail(f"{bad}: {told}")
+        pytest.fail(f"{bad}: {detail}")
 
 
 def written(target: Target, content: bytes, folder: Path) -> Path:
-    place = folder / "k"
-    place.mkdir(exist_ok=True)
+    target_folder = folder / "k"
+    target_folder.mkdir(exist_ok=True)
     for name, valid in target.files.items():
-        (place / name).write_bytes(content if name == target.damaged else valid)
-    return place
+        (target_folder / name).write_bytes(content if name == target.damaged else valid)
+    return target_folder
 
 
 @pytest.mark.parametrize("name", TEXTS)
@@ -509,15 +509,15 @@ def test_other_values_are_told_in_one_line(tmp_path, targets, name):
 
 
 def test_damaged_parts_of_a_body_are_told_in_one_line(tmp_path, body):
-    parts: list[str] = []
+    datasets: list[str] = []
     with h5py.File(io.BytesIO(body)) as file:
         file.visititems(
-            lambda name, part: parts.append(name) if isinstance(part, h5py.Dataset) else None
+            lambda name, entry: datasets.append(name) if isinstance(entry, h5py.Dataset) else None
         )
 
     @seed(SEED)
     @SETTINGS
-    @given(change=damaged_hdf5(sorted(parts)))
+    @given(change=damaged_hdf5(sorted(datasets)))
     def check(change):
         buffer = io.BytesIO(body)
         with h5py.File(buffer, "r+") as file:

@@ -48,7 +48,7 @@ def extruded_carrier(carrier, size, kind, *, pin=None, all_quadrilaterals=True):
                 elements = nodes[inside][:, columns[:, 1]] + level
                 if len(elements):
                     blocks.setdefault((KINDS[nodes.shape[1]], body), []).append(elements)
-    merged = [(k, body, np.concatenate(parts)) for (k, body), parts in blocks.items()]
+    merged = [(k, body, np.concatenate(pieces)) for (k, body), pieces in blocks.items()]
     used = np.unique(np.concatenate([nodes.ravel() for _, _, nodes in merged]))
     row = np.full(len(points), -1)
     row[used] = np.arange(len(used))
@@ -97,7 +97,7 @@ def _plane_mesh(carrier, size, kind, all_quadrilaterals):
         counts = [gmsh.model.mesh.getElementProperties(t)[3] for t in types]
         faces = [row[n].reshape(-1, c) for n, c in zip(nodes, counts, strict=True)]
         flat = coordinates.reshape(-1, 3)[:, :2]
-        return flat, [_turned(flat, part) for part in faces]
+        return flat, [_turned(flat, nodes_of_kind) for nodes_of_kind in faces]
 
 
 def _turned(flat, faces):
@@ -136,8 +136,8 @@ def _stations(carrier, pin, size):
         middle = carrier.pin_stations[1]
         given += [middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0]
     given = sorted(given)
-    parts = [np.linspace(a, b, 1 + math.ceil((b - a) / size))[:-1] for a, b in pairwise(given)]
-    return np.concatenate([*parts, given[-1:]])
+    pieces = [np.linspace(a, b, 1 + math.ceil((b - a) / size))[:-1] for a, b in pairwise(given)]
+    return np.concatenate([*pieces, given[-1:]])
 
 
 def _with_middles(stations):

@@ -36,8 +36,8 @@ def test_it_is_one_closed_body_of_the_pin_s_volume(taken, one_pin_mesh):
 @pytest.mark.parametrize("name", PIN_PILOTS)
 def test_its_seats_lie_on_it_and_point_outwards(taken, one_pin_mesh, name):
     facets = taken.surface(name)
-    boundary = {tuple(sorted(own)) for own in boundary_facets(taken.tets)[:, :3]}
-    assert {tuple(sorted(own)) for own in facets[:, :3]} <= boundary
+    boundary = {tuple(sorted(facet)) for facet in boundary_facets(taken.tets)[:, :3]}
+    assert {tuple(sorted(facet)) for facet in facets[:, :3]} <= boundary
     vectors = area_vectors(taken, facets)
     middle = taken.points[:, 1:].mean(axis=0)
     outwards = taken.points[facets[:, :3]].mean(axis=1)[:, 1:] - middle

@@ -159,8 +159,8 @@ def test_mesh_has_the_bodies_and_surfaces_of_the_parametric_one(
 
 def area(mesh, name):
     """Area of the four flat triangles that a quadratic one's nodes span."""
-    parts = mesh.surface(name)[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
-    corners = mesh.points[parts]
+    triangles = mesh.surface(name)[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
+    corners = mesh.points[triangles]
     return (
         np.linalg.norm(
             np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -268,7 +268,9 @@ def test_a_bonded_pin_in_bores_of_two_radii_is_refused(folder, statements):
     tags = {face.tag for face in bore.touched(faces, statements.tolerance)}
     stepped = replace(
         statements,
-        surfaces=tuple(wider if own.name == bore.name else own for own in statements.surfaces),
+        surfaces=tuple(
+            wider if surface.name == bore.name else surface for surface in statements.surfaces
+        ),
     )
     bored = tuple(
         replace(face, radius=face.radius + 0.01) if face.tag in tags else face for face in faces

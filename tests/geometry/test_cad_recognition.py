@@ -173,14 +173,16 @@ def test_bores_are_equal_whatever_their_length_and_however_it_is_rounded(
     actual = carrier.pin_hole_radius if length == "bore" else carrier.centre_distance
     rng = np.random.default_rng(7)
 
-    def scaled(part):
+    def scaled(original):
         # Rounding of a CAD program: a thousandth of a micrometre.
         s = wanted / actual * (1.0 + 1e-8 * rng.standard_normal())
         face = replace(
-            part.face, point=s * part.face.point, radius=s * part.face.radius,
-            outline=s * part.face.outline, area=s**2 * part.face.area,
+            original.face, point=s * original.face.point, radius=s * original.face.radius,
+            outline=s * original.face.outline, area=s**2 * original.face.area,
         )  # fmt: skip
-        return replace(part, face=face, triangles=s * part.triangles, anchor=s * part.anchor)
+        return replace(
+            original, face=face, triangles=s * original.triangles, anchor=s * original.anchor
+        )
 
     surfaces = merged_surfaces([scaled(face) for face in solid.faces])
     pattern = axis_candidates(surfaces)[0].patterns[0]
@@ -298,8 +300,8 @@ def test_solids_that_touch_in_a_face_are_united(corner, tmp_path):
     # The faces between them are gone: the area is that of a solid of one piece.
     area = sum(face.area for face in (each.face for each in solid.faces))
     touching = 0.04 * 0.04 if corner != (10, 10, 80) else 0.03 * 0.03
-    whole = 2 * 0.04**2 + 4 * 0.04 * 0.08 + 6 * 0.04**2
-    assert_allclose(area, whole - 2.0 * touching, rtol=1e-6)
+    separate = 2 * 0.04**2 + 4 * 0.04 * 0.08 + 6 * 0.04**2
+    assert_allclose(area, separate - 2.0 * touching, rtol=1e-6)
 
 
 @pytest.mark.parametrize("corner", [(0, 0, 81), (100, 0, 0), (40, 40, 80)])

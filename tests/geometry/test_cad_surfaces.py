@@ -160,7 +160,7 @@ def test_a_wrong_radius_in_the_file_is_answered_with_the_right_one(folder):
         step_carrier_mesh(
             folder / "carrier.step", replace(statements, surfaces=wrong), 0.08, pins=False
         )
-    whole = tuple(
+    unbounded = tuple(
         replace(s, window=(-math.inf, math.inf)) if s.name == "pin_2_upwind" else s
         for s in statements.surfaces
     )
@@ -168,7 +168,7 @@ def test_a_wrong_radius_in_the_file_is_answered_with_the_right_one(folder):
         ValueError, match=r"'pin_2_upwind': 2 separate surfaces match the cylinder of radius 0.08 m"
     ):
         step_carrier_mesh(
-            folder / "carrier.step", replace(statements, surfaces=whole), 0.08, pins=False
+            folder / "carrier.step", replace(statements, surfaces=unbounded), 0.08, pins=False
         )
 
 

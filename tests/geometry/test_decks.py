@@ -74,8 +74,8 @@ def deck(form, *, comment="", more=""):
 
 
 def abaqus(more="", *, element_set="*ELSET, ELSET=ALL\n1\n"):
-    places = 0.1 * REFERENCE_NODES["hexahedron20"]
-    nodes = "".join(f"{n}, {x:.3f}, {y:.3f}, {z:.3f}\n" for n, (x, y, z) in enumerate(places, 1))
+    positions = 0.1 * REFERENCE_NODES["hexahedron20"]
+    nodes = "".join(f"{n}, {x:.3f}, {y:.3f}, {z:.3f}\n" for n, (x, y, z) in enumerate(positions, 1))
     return (
         f"*NODE\n{nodes}*ELEMENT, TYPE=C3D20\n1, {', '.join(map(str, range(1, 11)))},\n"
         f"{', '.join(map(str, range(11, 21)))}\n{element_set}{more}"

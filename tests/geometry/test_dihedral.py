@@ -43,13 +43,13 @@ def test_symmetry_maps_nodes_elements_and_bodies_onto_themselves(variant, name, 
         assert as_sets(number[mesh.tets[elements]]) == as_sets(mesh.tets[elements])
 
 
-@pytest.mark.parametrize("part", ["upwind", "downwind"])
-def test_rotation_carries_the_surfaces_of_pin_1_to_pin_2_and_on(flexible_mesh, part):
+@pytest.mark.parametrize("side", ["upwind", "downwind"])
+def test_rotation_carries_the_surfaces_of_pin_1_to_pin_2_and_on(flexible_mesh, side):
     R = SYMMETRIES["rotation by 120 deg"]
     number = image_numbers(flexible_mesh.points, flexible_mesh.points @ R.T)
     for first, second in ((1, 2), (2, 3), (3, 1)):
-        moved = number[flexible_mesh.surface(f"pin_{first}_{part}")]
-        assert as_sets(moved) == as_sets(flexible_mesh.surface(f"pin_{second}_{part}"))
+        moved = number[flexible_mesh.surface(f"pin_{first}_{side}")]
+        assert as_sets(moved) == as_sets(flexible_mesh.surface(f"pin_{second}_{side}"))
 
 
 def test_pins_are_numbered_along_increasing_angle(stiff_mesh, carrier):
@@ -58,8 +58,8 @@ def test_pins_are_numbered_along_increasing_angle(stiff_mesh, carrier):
     low = -carrier.centre_distance / 2.0
     expected = {1: (0.0, carrier.centre_distance), 2: (-height, low), 3: (height, low)}
     for number, (y, z) in expected.items():
-        for part, x in (("upwind", 0.0325), ("midspan", 0.185), ("downwind", 0.3275)):
-            points = stiff_mesh.points[np.unique(stiff_mesh.surface(f"pin_{number}_{part}"))]
+        for side, x in (("upwind", 0.0325), ("midspan", 0.185), ("downwind", 0.3275)):
+            points = stiff_mesh.points[np.unique(stiff_mesh.surface(f"pin_{number}_{side}"))]
             # Mid-range: the nodes of a ring are symmetric about its axis, whatever their spacing.
             # Arcs of 22 deg leave up to 0.02 radii of the extent uncovered.
             assert_allclose(

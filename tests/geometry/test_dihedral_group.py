@@ -92,9 +92,9 @@ def test_a_pilot_without_an_image_is_refused():
 
 
 def test_motions_are_ordered_as_the_half_sectors_images(flexible_half):
-    whole: TetMesh = completed(flexible_half, 3)
+    full: TetMesh = completed(flexible_half, 3)
     n = len(flexible_half.tets)
     for number, rho in enumerate(dihedral_group(3).motions):
-        corners = whole.points[whole.tets[number * n : (number + 1) * n, :4]].mean(axis=1)
+        corners = full.points[full.tets[number * n : (number + 1) * n, :4]].mean(axis=1)
         expected = flexible_half.points[flexible_half.tets[:, :4]].mean(axis=1) @ rho.T
         assert_allclose(corners, expected, atol=1e-12)

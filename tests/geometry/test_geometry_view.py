@@ -34,13 +34,17 @@ def test_a_mesh_picture_shows_the_mesh(stiff_mesh):
 
 
 def test_points_stand_in_the_picture_where_they_are_drawn():
-    places = np.array([[0.0, 0.3, 0.1], [0.2, -0.4, -0.2], [-0.1, 0.1, 0.4]])
+    positions = np.array([[0.0, 0.3, 0.1], [0.2, -0.4, -0.2], [-0.1, 0.1, 0.4]])
     plotter = new_plotter()
-    for place, colour in zip(places, ("red", "lime", "blue"), strict=True):
+    for position, colour in zip(positions, ("red", "lime", "blue"), strict=True):
         plotter.add_points(
-            place[None], color=colour, point_size=24, render_points_as_spheres=True, lighting=False
+            position[None],
+            color=colour,
+            point_size=24,
+            render_points_as_spheres=True,
+            lighting=False,
         )
-    image, pixels = taken_with_pixels(plotter, places, viewpoint=(-1.0, 0.4, 0.3))
+    image, pixels = taken_with_pixels(plotter, positions, viewpoint=(-1.0, 0.4, 0.3))
     for (column, row), channel in zip(pixels, range(3), strict=True):
         rows, columns = np.nonzero(
             (image[..., channel] > 200) & (np.delete(image, channel, axis=2).max(axis=2) < 80)

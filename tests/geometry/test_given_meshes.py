@@ -66,8 +66,8 @@ def test_a_nastran_mesh_has_numbers_that_the_surfaces_file_gives_names(
         text.replace("[pin]", heading).replace("tolerance = 1e-05", "tolerance = 1e-4")
     )
     mesh = read_mesh(folder / "stiff.bdf", statements=read_cad_statements(surfaces))
-    assert {name: len(part) for name, part in mesh.bodies.items()} == {
-        name: len(part) for name, part in stiff_mesh.bodies.items()
+    assert {name: len(elements) for name, elements in mesh.bodies.items()} == {
+        name: len(elements) for name, elements in stiff_mesh.bodies.items()
     }
     for name in ("rim_face", "shaft_face", "upwind_seat", "pin_2_downwind"):
         assert len(mesh.surface(name)) == len(stiff_mesh.surface(name)), name
@@ -130,9 +130,9 @@ def test_files_that_hold_no_tetrahedra_or_are_damaged_are_refused_by_name(tmp_pa
         ValueError, match=r"hex\.inp: 1 elements of type wedge15 .*; expected tetra"
     ):
         read_mesh(path)
-    whole = (folder / "stiff.unv").read_bytes()
+    content = (folder / "stiff.unv").read_bytes()
     for number, share in enumerate((0.0, 0.2, 0.7)):
         damaged = tmp_path / f"cut_{number}.unv"
-        damaged.write_bytes(whole[: int(share * len(whole))])
+        damaged.write_bytes(content[: int(share * len(content))])
         with pytest.raises(ValueError, match=rf"cut_{number}\.unv: "):
             read_mesh(damaged)

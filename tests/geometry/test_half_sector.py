@@ -110,7 +110,7 @@ def test_bodies_of_the_stiff_half_sector_share_the_nodes_of_the_bores(stiff_half
     in_carrier = set(stiff_half.tets[stiff_half.bodies["carrier"]].ravel())
     in_pins = set(stiff_half.tets[stiff_half.bodies["pins"]].ravel())
     bores = {
-        n for part in ("upwind", "downwind") for n in stiff_half.surface(f"pin_1_{part}").ravel()
+        n for side in ("upwind", "downwind") for n in stiff_half.surface(f"pin_1_{side}").ravel()
     }
     assert bores == in_carrier & in_pins
 

@@ -130,7 +130,7 @@ def test_a_surface_inside_the_body_is_refused(tmp_path, one_pin_mesh):
 def test_a_file_cut_short_anywhere_is_refused(tmp_path, one_pin_mesh, share):
     path = tmp_path / "pin.msh"
     write_mesh(one_pin_mesh, path)
-    whole = path.read_bytes()
-    path.write_bytes(whole[: int(share * len(whole))])
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
     with pytest.raises(ValueError, match=r"pin\.msh: not a complete gmsh mesh \(.+\); expected"):
         read_mesh(path)

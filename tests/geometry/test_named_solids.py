@@ -55,11 +55,11 @@ def test_the_boundary_has_the_area_of_the_box_and_looks_out_of_it(mesh):
 
 
 def test_bodies_that_share_a_face_bound_each_other_there(mesh):
-    whole, parts = mesh.boundary(), [mesh.boundary(body) for body in ("carrier", "pins")]
-    shared = (sum(len(part) for part in parts) - len(whole)) // 2
+    outer, by_body = mesh.boundary(), [mesh.boundary(body) for body in ("carrier", "pins")]
+    shared = (sum(len(facets) for facets in by_body) - len(outer)) // 2
     between = [
-        {frozenset(facet) for facet in part[:, : FACET_CORNERS[part.shape[1]]].tolist()}
-        for part in parts
+        {frozenset(facet) for facet in facets[:, : FACET_CORNERS[facets.shape[1]]].tolist()}
+        for facets in by_body
     ]
     assert len(between[0] & between[1]) == shared > 0
 

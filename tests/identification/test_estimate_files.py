@@ -48,13 +48,13 @@ def test_joint_document_separates_shared_parameters_from_those_of_the_runs(tmp_p
 
 def test_of_many_parameters_only_those_of_all_runs_are_correlated(monkeypatch):
     estimate = identify_jointly(carrier_campaign(), M2)
-    whole = identification_document("twin", estimate, seconds=0.1, model_runs=1)["correlation"][""]
+    full = identification_document("twin", estimate, seconds=0.1, model_runs=1)["correlation"][""]
     monkeypatch.setattr("carrierflex.identification.estimate_files._MOST_CORRELATED", 5)
     few = identification_document("twin", estimate, seconds=0.1, model_runs=1)["correlation"][""]
     assert few["parameters"] == ["phi_PLC", "theta_PLC", "rho_s", "rho_f"]
-    places = [whole["parameters"].index(name) for name in few["parameters"]]
-    assert len(places) < len(whole["parameters"])
-    np.testing.assert_array_equal(few["matrix"], np.array(whole["matrix"])[np.ix_(places, places)])
+    rows = [full["parameters"].index(name) for name in few["parameters"]]
+    assert len(rows) < len(full["parameters"])
+    np.testing.assert_array_equal(few["matrix"], np.array(full["matrix"])[np.ix_(rows, rows)])
 
 
 def test_per_run_document_puts_every_parameter_under_its_run():

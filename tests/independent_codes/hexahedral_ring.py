@@ -44,8 +44,8 @@ def _sector(radii, length, material, cells, element):
     basis = skfem.Basis(mesh, skfem.ElementVector(element), intorder=3 if element.maxdeg < 4 else 5)
     K = linear_elasticity(*lame_parameters(material.E, material.nu)).assemble(basis)
     M = skfem.BilinearForm(lambda u, v, w: material.rho * dot(u, v)).assemble(basis)
-    place = np.round(basis.doflocs.T, 9)
-    _, group = np.unique(place, axis=0, return_inverse=True)
+    positions = np.round(basis.doflocs.T, 9)
+    _, group = np.unique(positions, axis=0, return_inverse=True)
     nodes = np.argsort(group.ravel(), kind="stable").reshape(-1, 3)
     x, y, z = basis.doflocs[:, nodes[:, 0]]
     return K, M, nodes, np.stack([np.arctan2(y, x), np.hypot(x, y), z], axis=1)
@@ -56,12 +56,14 @@ def _cyclic_map(nodes, positions, angle, waves):
     right = np.flatnonzero(np.abs(positions[:, 0] - angle) < 1e-7)
     left = np.flatnonzero(np.abs(positions[:, 0]) < 1e-7)
     left, right = (face[np.lexsort(np.round(positions[face, 1:], 7).T)] for face in (left, right))
-    kept = np.setdiff1d(np.arange(len(nodes)), right)
+    independent = np.setdiff1d(np.arange(len(nodes)), right)
     turn = np.array(
         [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
     )
-    blocks = [(nodes[kept], np.arange(len(kept)), np.eye(3, dtype=complex))]
-    blocks.append((nodes[right], np.searchsorted(kept, left), turn * np.exp(1j * waves * angle)))
+    blocks = [(nodes[independent], np.arange(len(independent)), np.eye(3, dtype=complex))]
+    blocks.append(
+        (nodes[right], np.searchsorted(independent, left), turn * np.exp(1j * waves * angle))
+    )
     rows = []
     columns = []
     values = []
@@ -69,7 +71,7 @@ def _cyclic_map(nodes, positions, angle, waves):
         rows.append(np.repeat(targets, 3, axis=1).ravel())
         columns.append(np.tile(3 * sources[:, None] + np.arange(3), (1, 3)).ravel())
         values.append(np.tile(block.ravel(), len(sources)))
-    shape = (nodes.size, 3 * len(kept))
+    shape = (nodes.size, 3 * len(independent))
     return sp.csr_array(
         (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape
     )

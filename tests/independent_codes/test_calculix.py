@@ -59,8 +59,11 @@ def rigid_bodies(pilots, n_nodes):
     references = {pilot.name: n_nodes + 2 * i + 1 for i, pilot in enumerate(pilots)}
     lines = ["*NODE"]
     for pilot in pilots:
-        place = ",".join(f"{x:.12f}" for x in pilot.point)
-        lines += [f"{references[pilot.name]},{place}", f"{references[pilot.name] + 1},{place}"]
+        coordinates = ",".join(f"{x:.12f}" for x in pilot.point)
+        lines += [
+            f"{references[pilot.name]},{coordinates}",
+            f"{references[pilot.name] + 1},{coordinates}",
+        ]
     for name, reference in references.items():
         lines.append(f"*RIGID BODY, NSET={name}, REF NODE={reference}, ROT NODE={reference + 1}")
     return references, lines
@@ -99,8 +102,10 @@ def test_the_torque_curve_with_rigid_couplings_is_calculixs(
     theirs = structure.sensors.rows @ printed_displacement(tmp_path, len(mesh.points)).ravel()
 
     rigid = rigidly_coupled(structure, mesh)
-    held = HeldStructure(GroundedBody(rigid.K, rigid.points, rigid.rigid_points), rigid.pilots[:1])
-    u = held.solve(rigid.load_vector(load)[:, None], np.zeros((6, 1)))[0]
+    constrained = HeldStructure(
+        GroundedBody(rigid.K, rigid.points, rigid.rigid_points), rigid.pilots[:1]
+    )
+    u = constrained.solve(rigid.load_vector(load)[:, None], np.zeros((6, 1)))[0]
     ours = (rigid.sensors.rows @ u)[:, 0]
     for kind in (slice(0, 360), slice(360, 720)):
         # 0.1 % is wanted; the printed table has seven digits, 3e-6 is measured.

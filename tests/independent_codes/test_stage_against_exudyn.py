@@ -42,6 +42,6 @@ def test_exudyn_without_kink_or_clearance_moves_otherwise(model):
         motion = exudyn_stage(data, duration=np.pi / case.speed, step=4e-3)
         settled = motion.carrier_angle > 0.5 * np.pi
         ranges.append(np.ptp(motion.slope_y[settled]))
-    with_kink, without, held = ranges
+    with_kink, without, no_clearance = ranges
     assert without < 0.2 * with_kink
-    assert held < 0.7 * with_kink
+    assert no_clearance < 0.7 * with_kink

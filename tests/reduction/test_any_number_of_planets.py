@@ -60,10 +60,10 @@ def bodies(stage):
     """Whole carrier without pins, its reduction, that from the half sector, and the pin's."""
     mesh, structure = body_structure("flexible_carrier", stage, SIZE)
     half, sensors = half_sector_body("flexible_carrier", stage, SIZE)
-    whole = craig_bampton(structure, N_MODES)
+    full = craig_bampton(structure, N_MODES)
     symmetric = symmetric_craig_bampton(half, N_MODES, sensors=sensors)
     pin = craig_bampton(body_structure("pin", stage, SIZE)[1], 4).model
-    return mesh, structure, whole, symmetric, pin
+    return mesh, structure, full, symmetric, pin
 
 
 def torque_loads(stage):
@@ -74,14 +74,14 @@ def torque_loads(stage):
 
 
 def test_blocks_give_the_whole_bodys_pilots_frequencies_and_sensors(bodies):
-    _, _, whole, symmetric, _ = bodies
-    m = whole.Psi.shape[1]
+    _, _, full, symmetric, _ = bodies
+    m = full.Psi.shape[1]
     for letter in "KM":
-        result, expected = (getattr(r.model, letter)[:m, :m] for r in (symmetric, whole))
+        result, expected = (getattr(r.model, letter)[:m, :m] for r in (symmetric, full))
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
         assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-9)
-    assert_allclose(symmetric.basis.omega[:N_MODES], whole.modes.omega[:N_MODES], rtol=1e-9)
-    expected = whole.model.sensor_rows[:, :m]
+    assert_allclose(symmetric.basis.omega[:N_MODES], full.modes.omega[:N_MODES], rtol=1e-9)
+    expected = full.model.sensor_rows[:, :m]
     result = symmetric.model.sensor_rows[:, :m]
     assert_allclose(result, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
@@ -124,9 +124,9 @@ def test_curves_have_one_peak_a_planet_without_pins_and_two_with_bonded_pins(sta
 
 
 def test_a_stiffer_pin_fit_lowers_the_planets_order(stage, bodies):
-    _, _, whole, _, pin = bodies
+    _, _, full, _, pin = bodies
     forces = gear_forces(1000.0, stage.gear, stage.carrier.n_planets)
-    family = PinFitFamily(whole.model, pin, forces, stage.carrier.sensor_radius)
+    family = PinFitFamily(full.model, pin, forces, stage.carrier.sensor_radius)
     n = family.n_planets
     assert n == stage.carrier.n_planets
     orders = [family.curve(k).axial_order_content()[n] for k in (0.0, 1e7, 1e8, np.inf)]
@@ -135,9 +135,9 @@ def test_a_stiffer_pin_fit_lowers_the_planets_order(stage, bodies):
 
 
 def test_planets_share_the_torque_and_the_stage_repeats_from_pin_to_pin(stage, bodies):
-    _, _, whole, _, pin = bodies
+    _, _, full, _, pin = bodies
     n, gear = stage.carrier.n_planets, stage.gear
-    model = stage_model(stage_body_of(whole.model, pin, 1e7), StageData(gear=gear), speed=0.0)
+    model = stage_model(stage_body_of(full.model, pin, 1e7), StageData(gear=gear), speed=0.0)
     torque = 100e3
     # A pitch of the pins later each planet stands where its neighbour stood.
     c = quasi_static_turn(model, SteadyLoad(torque), n_angles=n).c

@@ -39,25 +39,25 @@ def joint(bending=STIFF, torsional=STIFF, **options):
 
 
 def test_joined_pilots_share_translations_and_keep_their_rotations(one, two):
-    whole = assembled("chain", [one, two], [joint()])
-    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    chain = assembled("chain", [one, two], [joint()])
+    first, second = chain.coordinates_of("one_end"), chain.coordinates_of("two_start")
     assert (first[:3] == second[:3]).all()
     assert not set(first[3:]) & set(second[3:])
-    assert whole.n_coordinates == one.n_coordinates + two.n_coordinates - 3
-    for name in whole.pilots:
+    assert chain.n_coordinates == one.n_coordinates + two.n_coordinates - 3
+    for name in chain.pilots:
         # Every coordinate bears the name of the pilot that keeps it.
-        kept = "one_end" if name == "two_start" else name
-        assert whole.labels[whole.coordinates_of(name)[1]] == f"{kept} Ty [m]"
-        assert whole.labels[whole.coordinates_of(name)[5]] == f"{name} Rz [rad]"
+        shared = "one_end" if name == "two_start" else name
+        assert chain.labels[chain.coordinates_of(name)[1]] == f"{shared} Ty [m]"
+        assert chain.labels[chain.coordinates_of(name)[5]] == f"{name} Rz [rad]"
 
 
 def test_a_sliding_joint_leaves_the_axial_translation_free(one, two):
-    whole = assembled("chain", [one, two], [joint(slides=True)])
-    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    chain = assembled("chain", [one, two], [joint(slides=True)])
+    first, second = chain.coordinates_of("one_end"), chain.coordinates_of("two_start")
     assert first[0] != second[0]
     assert (first[1:3] == second[1:3]).all()
     q = static_coordinates(
-        whole, ["one_start", "two_end"], {"one_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}
+        chain, ["one_start", "two_end"], {"one_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}
     )
     assert q[first[0]] > 0.0
     assert abs(q[second[0]]) < 1e-9 * q[first[0]]
@@ -79,14 +79,14 @@ def test_springs_store_half_k_phi_squared(one, two):
 def test_two_stiffly_joined_bars_twist_and_bend_as_one_long_bar(one, two):
     # Exact for end moments, which bend a bar without warping its ends: the joint's springs add L /
     # k each.
-    whole = assembled("chain", [one, two], [joint(2e5, 4e5)])
+    chain = assembled("chain", [one, two], [joint(2e5, 4e5)])
     for axis, stiffness in ((4, 2e5), (5, 2e5), (3, 4e5)):
         moment = np.eye(6)[axis]
-        end = whole.coordinates_of("two_end")[axis]
+        end = chain.coordinates_of("two_end")[axis]
         single = static_coordinates(one, ["one_start"], {"one_end": moment})[
             one.coordinates_of("one_end")[axis]
         ]
-        result = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
+        result = static_coordinates(chain, ["one_start"], {"two_end": moment})[end]
         assert_allclose(result, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
 
 
@@ -105,28 +105,29 @@ def test_infinite_stiffness_ties_the_rotations_and_is_the_limit_of_stiffer_sprin
 
 
 def test_only_the_infinite_direction_is_tied(one, two):
-    whole = assembled("chain", [one, two], [joint(np.inf, 1e3)])
-    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    chain = assembled("chain", [one, two], [joint(np.inf, 1e3)])
+    first, second = chain.coordinates_of("one_end"), chain.coordinates_of("two_start")
     assert (first == second).tolist() == [True, True, True, False, True, True]
 
 
 def test_an_imposed_stretch_strains_both_bars_as_springs_in_series(one, two):
     gap = np.array([2e-5, 0.0, 0.0, 0.0, 0.0, 0.0])
     joints = [joint(np.inf, np.inf)]
-    whole, imposed = (
+    chain, imposed = (
         assembled("chain", [one, two], joints),
         imposed_motion([one, two], joints, {"two_start": gap}),
     )
-    fixed = np.concatenate([whole.coordinates_of("one_start"), whole.coordinates_of("two_end")])
-    q = constrained_solution(whole, fixed, imposed.load, "both ends")
+    fixed = np.concatenate([chain.coordinates_of("one_start"), chain.coordinates_of("two_end")])
+    q = constrained_solution(chain, fixed, imposed.load, "both ends")
     compliance = [
-        pilot_compliance(bar, [held])[0, 0] for bar, held in ((one, "one_start"), (two, "two_end"))
+        pilot_compliance(bar, [fixed_pilot])[0, 0]
+        for bar, fixed_pilot in ((one, "one_start"), (two, "two_end"))
     ]
     force = gap[0] / sum(compliance)
     # The gap pushes the first bar back: two_start stands 20 um downstream of one_end.
-    assert_allclose(q[whole.coordinates_of("one_end")[0]], -force * compliance[0], rtol=1e-9)
-    assert_allclose(imposed.strain_energy(whole.K, q), force * gap[0] / 2.0, rtol=1e-9)
-    assert_allclose((whole.K @ q - imposed.load)[fixed[0]], force, rtol=1e-9)
+    assert_allclose(q[chain.coordinates_of("one_end")[0]], -force * compliance[0], rtol=1e-9)
+    assert_allclose(imposed.strain_energy(chain.K, q), force * gap[0] / 2.0, rtol=1e-9)
+    assert_allclose((chain.K @ q - imposed.load)[fixed[0]], force, rtol=1e-9)
 
 
 def test_an_imposed_motion_offsets_the_sensors_of_the_second_body(one, two):
@@ -169,29 +170,29 @@ def test_more_stiffness_never_softens(one, two):
 
 
 def test_an_assembly_keeps_mass_rigid_motion_and_symmetry(one, two):
-    whole = assembled("chain", [one, two], [joint()])
+    chain = assembled("chain", [one, two], [joint()])
     single = one.mass_properties
-    assert_allclose(whole.mass_properties.mass, 2.0 * single.mass, rtol=1e-12)
-    assert_allclose(whole.mass_properties.centre, [LENGTH, 0.0, 0.0], rtol=0.0, atol=1e-12)
+    assert_allclose(chain.mass_properties.mass, 2.0 * single.mass, rtol=1e-12)
+    assert_allclose(chain.mass_properties.centre, [LENGTH, 0.0, 0.0], rtol=0.0, atol=1e-12)
     # Steiner: each half lies LENGTH / 2 off the common centre, which only rotations across x feel.
     steiner = 2.0 * single.mass * (LENGTH / 2.0) ** 2
     expected = 2.0 * single.inertia + np.diag([0.0, steiner, steiner])
-    assert_allclose(whole.mass_properties.inertia, expected, rtol=0.0, atol=1e-10 * steiner)
-    axial = np.zeros(whole.n_coordinates)
-    for name in whole.pilots:
-        axial[whole.coordinates_of(name)[0]] = 1.0
-    assert_allclose(axial @ whole.M @ axial, 2.0 * single.mass, rtol=1e-9)
-    assert np.abs(whole.K @ axial).max() < 1e-8 * np.abs(whole.K).max()
-    assert (np.abs(whole.K - whole.K.T) == 0.0).all()
+    assert_allclose(chain.mass_properties.inertia, expected, rtol=0.0, atol=1e-10 * steiner)
+    axial = np.zeros(chain.n_coordinates)
+    for name in chain.pilots:
+        axial[chain.coordinates_of(name)[0]] = 1.0
+    assert_allclose(axial @ chain.M @ axial, 2.0 * single.mass, rtol=1e-9)
+    assert np.abs(chain.K @ axial).max() < 1e-8 * np.abs(chain.K).max()
+    assert (np.abs(chain.K - chain.K.T) == 0.0).all()
 
 
 def test_loads_on_both_pilots_of_a_joint_add_up(one, two):
-    whole = assembled("chain", [one, two], [joint()])
+    chain = assembled("chain", [one, two], [joint()])
     force = np.array([1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
     parted = static_coordinates(
-        whole, ["one_start"], {"one_end": 0.25 * force, "two_start": 0.75 * force}
+        chain, ["one_start"], {"one_end": 0.25 * force, "two_start": 0.75 * force}
     )
-    at_once = static_coordinates(whole, ["one_start"], {"one_end": force})
+    at_once = static_coordinates(chain, ["one_start"], {"one_end": force})
     assert_allclose(parted, at_once, rtol=0.0, atol=1e-12 * np.abs(at_once).max())
 
 
@@ -203,22 +204,22 @@ def test_a_chain_of_three_is_joined_whatever_the_order_of_its_joints(one, two, t
     three = replace(
         three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()}
     )
-    wholes = [assembled("chain", [one, two, three], order) for order in (joints, joints[::-1])]
-    for whole in wholes:
+    chains = [assembled("chain", [one, two, three], order) for order in (joints, joints[::-1])]
+    for chain in chains:
         shared = [
-            whole.coordinates_of(name)[:3] for name in ("one_end", "two_start", "three_start")
+            chain.coordinates_of(name)[:3] for name in ("one_end", "two_start", "three_start")
         ]
         assert (shared[0] == shared[1]).all()
         assert (shared[0] == shared[2]).all()
-    assert_allclose(wholes[0].K, wholes[1].K, rtol=0.0, atol=1e-6)
+    assert_allclose(chains[0].K, chains[1].K, rtol=0.0, atol=1e-6)
 
 
 def test_bodies_with_sensors_keep_their_rows(one, two):
     sensing = replace(one, sensor_names=("tip",), sensor_rows=np.eye(1, one.n_coordinates, 7))
-    whole = assembled("chain", [two, sensing], [Joint("one_end", "two_start", 0.0, 0.0)])
-    q = np.random.default_rng(8).standard_normal(whole.n_coordinates)
-    assert whole.sensor_names == ("tip",)
-    assert_allclose(whole.sensor_rows @ q, q[whole.coordinates_of("one_end")[1]], rtol=1e-14)
+    chain = assembled("chain", [two, sensing], [Joint("one_end", "two_start", 0.0, 0.0)])
+    q = np.random.default_rng(8).standard_normal(chain.n_coordinates)
+    assert chain.sensor_names == ("tip",)
+    assert_allclose(chain.sensor_rows @ q, q[chain.coordinates_of("one_end")[1]], rtol=1e-14)
 
 
 def test_repeated_sensor_names_are_refused(one, two):

@@ -149,12 +149,12 @@ def test_signs_and_bases_of_equal_frequencies_are_not_left_to_rounding(monkeypat
 def test_a_held_body_has_no_orthonormal_form():
     from dataclasses import replace
 
-    held = replace(
+    grounded = replace(
         PLAIN.model,
         K=PLAIN.model.K + np.diag(np.r_[np.full(6, 1e9), np.zeros(len(PLAIN.model.K) - 6)]),
     )
     with pytest.raises(ValueError, match="0 modes without stiffness; expected 6"):
-        orthonormal_form(held)
+        orthonormal_form(grounded)
 
 
 def test_effective_interface_mass_adds_up_to_what_moves_relative_to_the_interface():
@@ -179,9 +179,13 @@ def test_effective_interface_mass_adds_up_to_what_moves_relative_to_the_interfac
 def test_free_interface_basis_has_exact_statics_and_exact_kept_frequencies():
     reduced = free_interface_reduction(STRUCTURE, 6)
     assert reduced.model.labels[:N_PILOT] == PLAIN.model.labels[:N_PILOT]
-    own, exact = (pilot_compliance(model, ["bar_start"]) for model in (reduced.model, PLAIN.model))
+    reduced_compliance, exact = (
+        pilot_compliance(model, ["bar_start"]) for model in (reduced.model, PLAIN.model)
+    )
     scale = np.sqrt(np.diag(exact))
-    assert_allclose(own / np.outer(scale, scale), exact / np.outer(scale, scale), atol=1e-7)
+    assert_allclose(
+        reduced_compliance / np.outer(scale, scale), exact / np.outer(scale, scale), atol=1e-7
+    )
     frequencies = free_frequencies(reduced.model)
     assert_allclose(frequencies[:6], EXACT[:6], rtol=1e-8)
     assert (frequencies >= EXACT[: frequencies.size] * (1.0 - 1e-8)).all()

@@ -17,22 +17,22 @@ def written(tmp_path, pin_reduction):
     return path
 
 
-def assert_same(found, model):
+def assert_same(read, model):
     for letter in ("K", "M", "D", "sensor_rows"):
-        assert (getattr(found, letter) == getattr(model, letter)).all()
-    assert (found.name, found.labels, found.sensor_names) == (
+        assert (getattr(read, letter) == getattr(model, letter)).all()
+    assert (read.name, read.labels, read.sensor_names) == (
         model.name,
         model.labels,
         model.sensor_names,
     )
-    assert list(found.pilots) == list(model.pilots)
+    assert list(read.pilots) == list(model.pilots)
     for name in model.pilots:
-        assert (found.pilots[name] == model.pilots[name]).all()
-        assert (found.pilot_coordinates[name] == model.pilot_coordinates[name]).all()
-    assert found.mass_properties.mass == model.mass_properties.mass
-    assert (found.mass_properties.centre == model.mass_properties.centre).all()
-    assert (found.mass_properties.inertia == model.mass_properties.inertia).all()
-    assert dict(found.provenance) == dict(model.provenance)
+        assert (read.pilots[name] == model.pilots[name]).all()
+        assert (read.pilot_coordinates[name] == model.pilot_coordinates[name]).all()
+    assert read.mass_properties.mass == model.mass_properties.mass
+    assert (read.mass_properties.centre == model.mass_properties.centre).all()
+    assert (read.mass_properties.inertia == model.mass_properties.inertia).all()
+    assert dict(read.provenance) == dict(model.provenance)
 
 
 def test_a_body_comes_back_bit_by_bit(written, pin_reduction):
@@ -221,7 +221,7 @@ def changed(path, name, change):
 
 
 @pytest.mark.parametrize(
-    ("name", "change", "told"),
+    ("name", "change", "reason"),
     [
         ("K", lambda K: K + np.triu(K, 1), r"K differs from its transpose"),
         ("M", lambda M: M + np.triu(M, 1), r"M differs from its transpose"),
@@ -231,14 +231,14 @@ def changed(path, name, change):
         ("M", lambda M: 2.0 * M, r"M moved as a rigid body has the mass .* expected the same"),
     ],
 )
-def test_matrices_of_no_body_are_refused(written, name, change, told):
+def test_matrices_of_no_body_are_refused(written, name, change, reason):
     changed(written, name, change)
-    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{told}"):
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{reason}"):
         read_body(written)
 
 
 @pytest.mark.parametrize(
-    ("name", "dtype", "told"),
+    ("name", "dtype", "reason"),
     [
         # Declared and never written: 24 million numbers of no bytes.
         ("ffrf/Q", "f8", "states .* bytes and stores 0"),
@@ -247,31 +247,31 @@ def test_matrices_of_no_body_are_refused(written, name, change, told):
         ("K", h5py.string_dtype(), "expected numbers"),
     ],
 )
-def test_what_is_declared_and_not_stored_is_refused_unread(written, name, dtype, told):
+def test_what_is_declared_and_not_stored_is_refused_unread(written, name, dtype, reason):
     n = 2000
     with h5py.File(written, "r+") as file:
         shapes = {"labels": (22,), "ffrf/Q": (6, n, n), "mass_properties/centre": (3,)}
         del file[name]
         file.create_dataset(name, shape=shapes.get(name, (22, 22)), dtype=dtype)
         if name == "ffrf/Q":
-            for part, shape in {"labels": (n,), "K": (n, n)}.items():
-                del file[part]
-                if part == "labels":
-                    file[part] = [f"mode {i}" for i in range(n)]
+            for dataset, shape in {"labels": (n,), "K": (n, n)}.items():
+                del file[dataset]
+                if dataset == "labels":
+                    file[dataset] = [f"mode {i}" for i in range(n)]
                 else:
-                    file.create_dataset(part, shape=shape, dtype="f8")
-    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{told}"):
+                    file.create_dataset(dataset, shape=shape, dtype="f8")
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{reason}"):
         read_body(written)
 
 
 @pytest.mark.parametrize("name", ["p0\nGRID,999,,1.,2.,3.", "\x1b]0;x", "n" * 501])
-@pytest.mark.parametrize("part", ["pilots/names", "labels"])
-def test_names_that_end_a_line_of_a_deck_are_refused(written, name, part):
+@pytest.mark.parametrize("dataset", ["pilots/names", "labels"])
+def test_names_that_end_a_line_of_a_deck_are_refused(written, name, dataset):
     with h5py.File(written, "r+") as file:
-        names = [name, *file[part].asstr()[1:]]
-        del file[part]
-        file[part] = names
-    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*/{part} holds the name"):
+        names = [name, *file[dataset].asstr()[1:]]
+        del file[dataset]
+        file[dataset] = names
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*/{dataset} holds the name"):
         read_body(written)
 
 

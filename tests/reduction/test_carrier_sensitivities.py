@@ -139,8 +139,8 @@ def on_basis(problem, T, Q):
     """Stiffness, mass and pilots' motion of another body on the nominal basis."""
     half, m = problem.half, problem.half.Z.shape[0]
 
-    def images(left, matrix):
-        return np.einsum("gab,bc,gdc->ad", left, matrix, Q, optimize=True)
+    def images(projection, matrix):
+        return np.einsum("gab,bc,gdc->ad", projection, matrix, Q, optimize=True)
 
     K, M = (images(Q, T.T @ (matrix @ T)) for matrix in (half.structure.K, half.structure.M))
     return K, M, np.linalg.solve(half.Z, images(Q[:, :m, :m], half.B @ T))
@@ -148,11 +148,11 @@ def on_basis(problem, T, Q):
 
 def test_nominal_curves_are_those_of_the_whole_body(half, body, variant):
     pin = STAGE.pin if variant == "stiff" else None
-    whole = with_carrier_surfaces(completed(half, 3), STAGE.carrier, pin)
+    full = with_carrier_surfaces(completed(half, 3), STAGE.carrier, pin)
     names = tuple(body.model.pilots)
-    structure = structural_model(variant, whole, STAGE.carrier, names)
+    structure = structural_model(variant, full, STAGE.carrier, names)
     cases = stiff_cases(STAGE.gear, 3) if pin else flexible_cases(STAGE.carrier, STAGE.gear)
-    curves = carrier_deflection(structure, whole.surface("shaft_face"), cases).curves
+    curves = carrier_deflection(structure, full.surface("shaft_face"), cases).curves
     for curve, expected in zip(
         body.curves.values(), (curves["both"], curves["pin_1"]), strict=True
     ):
@@ -281,8 +281,8 @@ def test_a_given_mesh_offset_by_its_surfaces(variant):
     """
     half = half_sector_of(variant)
     pin = STAGE.pin if variant == "stiff" else None
-    whole = with_carrier_surfaces(completed(half, 3), STAGE.carrier, pin)
-    given = sensitivities(given_problem(whole, STAGE.gear, BODY_MATERIALS), 8)
+    full = with_carrier_surfaces(completed(half, 3), STAGE.carrier, pin)
+    given = sensitivities(given_problem(full, STAGE.gear, BODY_MATERIALS), 8)
     parametric = sensitivities(parametric_problem(half, STAGE), 8)
     number = {cause.name: i for i, cause in enumerate(given.causes)}
     dimension = {cause.name: i for i, cause in enumerate(parametric.causes)}

@@ -124,9 +124,9 @@ def test_free_free_frequencies_converge_from_above_with_the_number_of_modes():
 def test_static_compliance_is_that_of_the_full_model_whatever_the_modes(body, request):
     structure, reduction = both(body, request)
     first, *others = structure.pilots
-    held = HeldStructure(reduction.body, (first,))
+    constrained = HeldStructure(reduction.body, (first,))
     G = np.concatenate([pilot.G.toarray() for pilot in others])
-    u, _ = held.solve(np.ascontiguousarray(G.T), np.zeros((6, len(G))))
+    u, _ = constrained.solve(np.ascontiguousarray(G.T), np.zeros((6, len(G))))
     full = G @ u
     reduced = pilot_compliance(reduction.model, [first.name])
     scale = np.sqrt(np.outer(full.diagonal(), full.diagonal()))
@@ -203,7 +203,7 @@ def test_the_same_seed_gives_the_same_reduction_and_another_the_same_frequencies
 
 
 @pytest.mark.parametrize(
-    ("kept", "message"),
+    ("n_modes", "message"),
     [
         (-1, "number of modes is -1; expected 0 or more"),
         (13, "13 modes requested; expected at most 12 for 135 degrees of freedom"),
@@ -211,15 +211,15 @@ def test_the_same_seed_gives_the_same_reduction_and_another_the_same_frequencies
         (Below(1e9), r"all modes below 1e\+09 Hz requested; expected at most 12 for 135 "),
     ],
 )
-def test_an_impossible_number_of_modes_is_refused(kept, message):
+def test_an_impossible_number_of_modes_is_refused(n_modes, message):
     structure = bar((2, 1, 1))  # 135 degrees of freedom
     with pytest.raises(ValueError, match=message):
-        craig_bampton(structure, kept)
+        craig_bampton(structure, n_modes)
 
 
 def test_modes_of_another_stiffness_fail_the_residual_check(monkeypatch):
     structure = bar()
-    held = HeldStructure(GroundedBody(structure.K, structure.points), structure.pilots)
+    constrained = HeldStructure(GroundedBody(structure.K, structure.points), structure.pilots)
 
     def wrong(answer, M, start, n_modes):
         return np.full(n_modes, 1e9), np.random.default_rng(0).standard_normal(
@@ -231,4 +231,4 @@ def test_modes_of_another_stiffness_fail_the_residual_check(monkeypatch):
         AccuracyError,
         match=r"fixed-interface mode \d has a residual of .*; expected less than 1e-06",
     ):
-        fixed_interface_modes(held, structure.M, 3, rng=np.random.default_rng(0))
+        fixed_interface_modes(constrained, structure.M, 3, rng=np.random.default_rng(0))

@@ -94,18 +94,18 @@ def test_sensors_turn_with_the_carrier(flexible_reduction):
 
 def lowest(model, n_modes):
     """Body of the first `n_modes` modes, wherever that ends."""
-    kept = slice(0, 6 * len(model.pilots) + n_modes)
+    chosen = slice(0, 6 * len(model.pilots) + n_modes)
     return replace(
-        model, K=model.K[kept, kept], M=model.M[kept, kept], D=model.D[kept, kept],
-        labels=model.labels[kept], sensor_rows=model.sensor_rows[:, kept], ffrf=None,
+        model, K=model.K[chosen, chosen], M=model.M[chosen, chosen], D=model.D[chosen, chosen],
+        labels=model.labels[chosen], sensor_rows=model.sensor_rows[:, chosen], ffrf=None,
     )  # fmt: skip
 
 
 def test_half_a_pair_among_the_modes_is_seen_where_the_static_part_is_not(flexible_reduction):
-    whole, cut = (lowest(flexible_reduction.model, n) for n in (10, 9))
+    full, cut = (lowest(flexible_reduction.model, n) for n in (10, 9))
     cut_off_hz = 0.25 * flexible_reduction.modes.omega[8] / (2.0 * np.pi)
-    assert modal_asymmetry_ppm(whole) < 1e-3
-    assert unlike_response(whole, cut_off_hz) < 1e-8
+    assert modal_asymmetry_ppm(full) < 1e-3
+    assert unlike_response(full, cut_off_hz) < 1e-8
     assert asymmetry_ppm(cut) < 1e-3
     assert modal_asymmetry_ppm(cut) > 100.0
     # Equal pins answer differently, the more the nearer to resonance.

@@ -86,8 +86,8 @@ def test_a_dimension_meets_differences_of_the_same_mesh_moved(half, curves, dime
 
 def test_a_given_mesh_has_its_surfaces_as_causes(half, curves):
     """The same carrier as a mesh of somebody: a seat moved outwards by 1 is 2 of its diameter."""
-    whole = with_carrier_surfaces(completed(half, 3), STAGE.carrier, None)
-    given = given_drawn_curves(whole, STAGE, SIZE)
+    full = with_carrier_surfaces(completed(half, 3), STAGE.carrier, None)
+    given = given_drawn_curves(full, STAGE, SIZE)
     assert {"downwind_seat", "shaft_face", "E", "pin_E"} < set(causes_of(given))
     assert relative(given[PIN_FIT].axial, curves[PIN_FIT].axial) < 1e-6
     for name in ("delta_f", PIN_FIT):
@@ -100,4 +100,4 @@ def test_a_given_mesh_has_its_surfaces_as_causes(half, curves):
 
     thick = replace(STAGE, carrier=replace(STAGE.carrier, plate_gap=0.25))
     with pytest.raises(ValueError, match=r"bore pin_1.* of the mesh is at .*\[carrier\]"):
-        given_drawn_curves(whole, thick, SIZE)
+        given_drawn_curves(full, thick, SIZE)

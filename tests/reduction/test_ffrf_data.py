@@ -28,7 +28,7 @@ from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from tests.fe.box_meshes import box_mesh
 from tests.reduction.small_bar import bar
 
-PARTS = ("first_moment", "second_moment", "N", "P", "Q")
+INTEGRALS = ("first_moment", "second_moment", "N", "P", "Q")
 
 
 @pytest.fixture(scope="module")
@@ -91,9 +91,9 @@ def test_inertia_follows_a_rigid_rotation_to_first_order_and_a_translation_exact
     q[:3] = shift
     moved = ffrf_data(replace(structure, points=structure.points + shift), structure.rigid_modes)
     assert_allclose(data.inertia(q), moved.J, atol=scale(moved.J))
-    for part in ("first_moment", "second_moment", "P"):
+    for integral in ("first_moment", "second_moment", "P"):
         assert_allclose(
-            getattr(data.about(-shift), part), getattr(moved, part), atol=scale(moved.J)
+            getattr(data.about(-shift), integral), getattr(moved, integral), atol=scale(moved.J)
         )
 
 
@@ -196,10 +196,10 @@ def test_a_rigid_coupling_keeps_the_integrals(one_pin_mesh, carrier):
     T = np.random.default_rng(2).standard_normal((rigid.n_dofs, 3))
     result, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
     assert_allclose(result.mass, expected.mass, rtol=1e-12)
-    for part in PARTS:
-        value = getattr(expected, part)
+    for integral in INTEGRALS:
+        value = getattr(expected, integral)
         assert_allclose(
-            getattr(result, part), value, atol=1e-11 * np.abs(value).max(), err_msg=part
+            getattr(result, integral), value, atol=1e-11 * np.abs(value).max(), err_msg=integral
         )
 
 
@@ -219,10 +219,10 @@ def test_rigid_surfaces_with_elements_between_them_share_their_mass():
     assert abs(rigid.M[-12:-6, -6:]).max() > 0.0
     T = np.random.default_rng(2).standard_normal((rigid.n_dofs, 3))
     result, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
-    for part in PARTS:
-        value = getattr(expected, part)
+    for integral in INTEGRALS:
+        value = getattr(expected, integral)
         assert_allclose(
-            getattr(result, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part
+            getattr(result, integral), value, atol=1e-12 * np.abs(value).max(), err_msg=integral
         )
 
 
@@ -252,10 +252,10 @@ def test_a_turned_body_has_the_invariants_of_the_turned_mesh(structure, basis, d
     there = (basis.reshape(-1, 3, 4).transpose(0, 2, 1) @ R.T).transpose(0, 2, 1).reshape(-1, 4)
     expected = ffrf_data(replace(structure, points=structure.points @ R.T), there)
     result = data.turned(R)
-    for part in PARTS:
-        value = getattr(expected, part)
+    for integral in INTEGRALS:
+        value = getattr(expected, integral)
         assert_allclose(
-            getattr(result, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part
+            getattr(result, integral), value, atol=1e-12 * np.abs(value).max(), err_msg=integral
         )
 
 
@@ -274,20 +274,20 @@ def test_invariants_come_back_from_a_body_file(tmp_path, pin_reduction):
     result = read_body(tmp_path / "pin.h5").ffrf
     assert isinstance(result, FfrfData)
     assert result.mass == pin_reduction.model.ffrf.mass
-    for part in PARTS:
-        assert (getattr(result, part) == getattr(pin_reduction.model.ffrf, part)).all()
+    for integral in INTEGRALS:
+        assert (getattr(result, integral) == getattr(pin_reduction.model.ffrf, integral)).all()
     write_body(replace(pin_reduction.model, ffrf=None), tmp_path / "pin.h5")
     assert read_body(tmp_path / "pin.h5").ffrf is None
 
 
-@pytest.mark.parametrize(("part", "shape"), [("Q", (6, 3, 3)), ("P", (3, 3)), ("mass", (1,))])
-def test_wrong_invariants_in_a_body_file_are_refused(tmp_path, pin_reduction, part, shape):
+@pytest.mark.parametrize(("integral", "shape"), [("Q", (6, 3, 3)), ("P", (3, 3)), ("mass", (1,))])
+def test_wrong_invariants_in_a_body_file_are_refused(tmp_path, pin_reduction, integral, shape):
     path = tmp_path / "pin.h5"
     write_body(pin_reduction.model, path)
     with h5py.File(path, "r+") as file:
-        del file[f"ffrf/{part}"]
-        file[f"ffrf/{part}"] = np.zeros(shape)
-    with pytest.raises(BodyFileError, match=rf"pin\.h5: /ffrf/{part} has shape"):
+        del file[f"ffrf/{integral}"]
+        file[f"ffrf/{integral}"] = np.zeros(shape)
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: /ffrf/{integral} has shape"):
         read_body(path)
 
 

@@ -20,7 +20,7 @@ from tests.reduction.small_bar import bar
 
 
 @pytest.fixture(scope="module", params=["flexible", "pin"])
-def held(request):
+def constrained(request):
     """Structure, its held form and its constraint modes with their static stiffness."""
     structure = request.getfixturevalue(f"{request.param}_structure")
     reduction = request.getfixturevalue(f"{request.param}_reduction")
@@ -46,30 +46,30 @@ def pilot_rigid_motions(structure):
     return np.concatenate(blocks)
 
 
-def test_constraint_modes_are_the_identity_on_the_interface(held):
-    structure, _, Psi, _ = held
+def test_constraint_modes_are_the_identity_on_the_interface(constrained):
+    structure, _, Psi, _ = constrained
     G = coupling(structure)
     assert_allclose(
         G @ Psi, np.eye(G.shape[0]), rtol=0.0, atol=1e-9
     )  # rounding of the static solution
 
 
-def test_constraint_modes_reproduce_rigid_body_motion(held):
-    structure, _, Psi, _ = held
+def test_constraint_modes_reproduce_rigid_body_motion(constrained):
+    structure, _, Psi, _ = constrained
     expected = rigid_motion(structure.points, np.zeros(3)).reshape(-1, 6)
     assert_allclose(Psi @ pilot_rigid_motions(structure), expected, rtol=0.0, atol=1e-9)
 
 
-def test_static_stiffness_is_the_energy_of_the_constraint_modes(held):
-    structure, _, Psi, K_bb = held
+def test_static_stiffness_is_the_energy_of_the_constraint_modes(constrained):
+    structure, _, Psi, K_bb = constrained
     energy = Psi.T @ (structure.K @ Psi)
     scale = np.sqrt(np.outer(K_bb.diagonal(), K_bb.diagonal()))
     assert_allclose(energy / scale, K_bb / scale, rtol=0.0, atol=1e-8)
     assert (K_bb == K_bb.T).all()
 
 
-def test_static_stiffness_does_not_resist_rigid_motion(held):
-    structure, _, _, K_bb = held
+def test_static_stiffness_does_not_resist_rigid_motion(constrained):
+    structure, _, _, K_bb = constrained
     motion = pilot_rigid_motions(structure)
     # Beside the largest force of its row: many entries are zero by symmetry and hold rounding
     # alone.
@@ -77,9 +77,9 @@ def test_static_stiffness_does_not_resist_rigid_motion(held):
     assert (np.abs(K_bb @ motion) < 1e-9 * scale).all()
 
 
-def test_constraint_modes_load_the_body_at_its_pilots_only(held):
+def test_constraint_modes_load_the_body_at_its_pilots_only(constrained):
     # K Psi = G^T K_bb: the forces that make a constraint mode come through the couplings.
-    structure, _, Psi, K_bb = held
+    structure, _, Psi, K_bb = constrained
     forces = structure.K @ Psi
     expected = coupling(structure).T @ K_bb
     assert_allclose(forces, expected, rtol=0.0, atol=1e-8 * np.abs(forces).max())
@@ -105,8 +105,8 @@ def test_solutions_equal_those_of_the_saddle_point_itself(which, pin_structure):
     assert_allclose(lagrange / scale, s * reference[n:] / scale, rtol=0.0, atol=1e-7)
 
 
-def test_held_pilots_do_not_move_and_moved_ones_move_as_told(held):
-    structure, solver, _, _ = held
+def test_held_pilots_do_not_move_and_moved_ones_move_as_told(constrained):
+    structure, solver, _, _ = constrained
     rng = np.random.default_rng(5)
     G = coupling(structure)
     d = 1e-6 * rng.standard_normal((G.shape[0], 1))

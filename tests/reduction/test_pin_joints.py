@@ -27,9 +27,9 @@ def forces(gear):
 
 def rim_curve(carrier, pin, stiffness, forces, **options):
     """Axial rim displacement under 1 kN m with the shaft pilot held."""
-    whole = carrier_with_pins(carrier, pin, stiffness, **options)
-    q = static_coordinates(whole, ["shaft_face"], drive_torque_load(forces.F_PLC, forces.M_t, 3))
-    return (whole.sensor_rows @ q)[:360]
+    assembly = carrier_with_pins(carrier, pin, stiffness, **options)
+    q = static_coordinates(assembly, ["shaft_face"], drive_torque_load(forces.F_PLC, forces.M_t, 3))
+    return (assembly.sensor_rows @ q)[:360]
 
 
 def order(curve, k):
@@ -42,8 +42,8 @@ def test_free_sliding_pins_give_the_flexible_carrier_of_the_full_model(
     loads = together(
         *(simply_supported_pin_load(i, forces.F_PLC, forces.M_t, carrier) for i in (1, 2, 3))
     )
-    held = HeldStructure(flexible_reduction.body, flexible_structure.pilots[:1])
-    u, _ = held.solve(flexible_structure.load_vector(loads)[:, None], np.zeros((6, 1)))
+    constrained = HeldStructure(flexible_reduction.body, flexible_structure.pilots[:1])
+    u, _ = constrained.solve(flexible_structure.load_vector(loads)[:, None], np.zeros((6, 1)))
     full = (flexible_structure.sensors.rows @ u[:, 0])[:360]
     joined = rim_curve(flexible_reduction.model, pin_reduction.model, 0.0, forces, sliding=True)
     assert_allclose(joined, full, rtol=0.0, atol=1e-9 * np.abs(full).max())
@@ -77,9 +77,9 @@ def test_the_rigid_fit_is_the_limit_of_stiff_springs(flexible_reduction, pin_red
     near, nearer = (np.abs(curve - rigid).max() / np.abs(rigid).max() for curve in (stiff, stiffer))
     assert nearer < 1e-3
     assert_allclose(near / nearer, 10.0, rtol=0.02)
-    whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, PIN_FITS["rigid"])
+    assembly = carrier_with_pins(flexible_reduction.model, pin_reduction.model, PIN_FITS["rigid"])
     assert (
-        whole.coordinates_of("pin_2_upwind") == whole.coordinates_of(pin_pilot(2, "upwind"))
+        assembly.coordinates_of("pin_2_upwind") == assembly.coordinates_of(pin_pilot(2, "upwind"))
     ).all()
 
 
@@ -87,12 +87,12 @@ def test_all_six_interfaces_have_the_same_springs_and_no_others(flexible_reducti
     bodies = (flexible_reduction.model, pin_reduction.model)
     change = carrier_with_pins(*bodies, 3e6).K - carrier_with_pins(*bodies, 1e6).K
     assert_allclose(np.linalg.eigvalsh(change)[-18:], 2.0 * 2e6, rtol=1e-5)
-    whole = carrier_with_pins(*bodies, 1e6)
+    assembly = carrier_with_pins(*bodies, 1e6)
     for number in (1, 2, 3):
         for side in ("upwind", "downwind"):
             bore, end = (
-                whole.coordinates_of(f"pin_{number}_{side}"),
-                whole.coordinates_of(pin_pilot(number, side)),
+                assembly.coordinates_of(f"pin_{number}_{side}"),
+                assembly.coordinates_of(pin_pilot(number, side)),
             )
             assert (bore[:3] == end[:3]).all()
             assert_allclose(
@@ -110,34 +110,37 @@ def test_more_stiffness_never_lets_the_pins_lag_further(flexible_reduction, pin_
     load = drive_torque_load(forces.F_PLC, forces.M_t, 3)
     work = []
     for stiffness in (0.0, 1e6, 1e7, 1e8, 1e10):
-        whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, stiffness)
-        q = static_coordinates(whole, ["shaft_face"], load)
-        work.append(sum(q[whole.coordinates_of(name)] @ force for name, force in load.items()))
+        assembly = carrier_with_pins(flexible_reduction.model, pin_reduction.model, stiffness)
+        q = static_coordinates(assembly, ["shaft_face"], load)
+        work.append(sum(q[assembly.coordinates_of(name)] @ force for name, force in load.items()))
     assert (np.array(work) > 0.0).all()
     assert (np.diff(work) < 0.0).all()
 
 
 def test_a_free_pin_spins_on_its_hold_alone(flexible_reduction, pin_reduction):
-    whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 0.0)
+    assembly = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 0.0)
     spin = {pin_pilot(2, "midspan"): np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])}
-    q = static_coordinates(whole, ["shaft_face"], spin)
+    q = static_coordinates(assembly, ["shaft_face"], spin)
     # 1 N m against the holding spring of 1 N m/rad, in series with pin and carrier, which are 1e8
     # times stiffer.
-    assert_allclose(q[whole.coordinates_of(pin_pilot(2, "midspan"))[3]], 1.0, rtol=1e-6)
+    assert_allclose(q[assembly.coordinates_of(pin_pilot(2, "midspan"))[3]], 1.0, rtol=1e-6)
 
 
 def test_pins_stand_where_the_carriers_bores_are(flexible_reduction, pin_reduction):
-    whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 1e6)
+    assembly = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 1e6)
     for number in (1, 2, 3):
         for side in ("upwind", "downwind"):
-            bore, end = whole.pilots[f"pin_{number}_{side}"], whole.pilots[pin_pilot(number, side)]
+            bore, end = (
+                assembly.pilots[f"pin_{number}_{side}"],
+                assembly.pilots[pin_pilot(number, side)],
+            )
             assert_allclose(end, bore, rtol=0.0, atol=1e-12)
     mass = (
         flexible_reduction.model.mass_properties.mass
         + 3.0 * pin_reduction.model.mass_properties.mass
     )
-    assert_allclose(whole.mass_properties.mass, mass, rtol=1e-12)
-    assert_allclose(whole.mass_properties.centre[1:], 0.0, rtol=0.0, atol=1e-9)
+    assert_allclose(assembly.mass_properties.mass, mass, rtol=1e-12)
+    assert_allclose(assembly.mass_properties.centre[1:], 0.0, rtol=0.0, atol=1e-9)
 
 
 def test_drive_torque_loads_every_pin_against_the_rotation(forces):

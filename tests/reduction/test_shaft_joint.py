@@ -59,13 +59,13 @@ def stiffened(flexible_reduction, shaft):
     return carrier_on_shaft(rigid, shaft, TILT)
 
 
-def held(group, *supports):
+def static_answer(group, *supports):
     """Static answer to the misalignment, with (pilot, components) held.
 
     The shaft does not turn about x.
     """
     fixed = np.concatenate(
-        [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports]
+        [group.model.coordinates_of(pilot)[list(components)] for pilot, components in supports]
     )
     return constrained_solution(group.model, fixed, group.imposed.load, "supports")
 
@@ -75,7 +75,7 @@ BEARING_A, BEARING_B = ((pilot, (1, 2)) for pilot in CARRIER_BEARINGS)
 
 
 def test_with_the_shaft_alone_held_the_rim_moves_as_equation_1(group):
-    q = held(group, (MAIN_BEARING, range(6)))
+    q = static_answer(group, (MAIN_BEARING, range(6)))
     axial = group.sensor_readings(q)[:360]
     # The sensor at 47 deg reads the material point at 47 deg - theta.
     for theta in (0, 30, 200):
@@ -94,13 +94,13 @@ def test_the_carriers_nodes_turn_rigidly_with_the_tilt(group, flexible_structure
     joint = np.array([-0.12, 0.0, 0.0])
     rotation = -TILT.phi * radial(TILT.theta)
     rigid = np.cross(rotation, flexible_structure.points - joint)
-    readings = group.sensor_readings(held(group, (MAIN_BEARING, range(6))))
+    readings = group.sensor_readings(static_answer(group, (MAIN_BEARING, range(6))))
     expected = flexible_structure.sensors.rows @ rigid.ravel()
     assert_allclose(readings, expected, rtol=0.0, atol=1e-9 * R * TILT.phi)
 
 
 def test_the_tilt_turns_the_rim_about_the_joint(group):
-    radial_motion = group.sensor_readings(held(group, (MAIN_BEARING, range(6))))[360:]
+    radial_motion = group.sensor_readings(static_answer(group, (MAIN_BEARING, range(6))))[360:]
     rotation = -TILT.phi * radial(TILT.theta)
     from_joint = np.array([[0.12, 0.0, 0.0] + R * radial(angle) for angle in ANGLES])
     expected = [
@@ -111,7 +111,7 @@ def test_the_tilt_turns_the_rim_about_the_joint(group):
 
 
 def test_a_free_carrier_is_not_strained(group):
-    q = held(group, (MAIN_BEARING, range(6)))
+    q = static_answer(group, (MAIN_BEARING, range(6)))
     # Without the carrier's following, the tilt of its pilot alone would cost this much.
     alone = group.imposed.stiffness_work / 2.0
     assert alone > 1.0
@@ -122,7 +122,7 @@ def test_an_offset_moves_the_free_carrier_as_a_whole(flexible_reduction, shaft):
     moved = carrier_on_shaft(
         flexible_reduction.model, shaft, Misalignment(offset=(1e-4, 2e-4, -3e-4))
     )
-    readings = moved.sensor_readings(held(moved, (MAIN_BEARING, range(6))))
+    readings = moved.sensor_readings(static_answer(moved, (MAIN_BEARING, range(6))))
     assert_allclose(readings[:360], 1e-4, rtol=1e-8)
     expected = [np.array([1e-4, 2e-4, -3e-4]) @ radial(angle) for angle in ANGLES]
     assert_allclose(readings[360:], expected, rtol=0.0, atol=1e-11)
@@ -131,7 +131,7 @@ def test_an_offset_moves_the_free_carrier_as_a_whole(flexible_reduction, shaft):
 def test_one_carrier_bearing_turns_the_whole_line_and_strains_nothing(group):
     # Pivot at the main bearing and one bearing on the carrier: statically determinate. The joint's
     # kink phi divides into slopes: carrier phi L / (L + a), shaft -phi a / (L + a).
-    q = held(group, *PIVOT, BEARING_B)
+    q = static_answer(group, *PIVOT, BEARING_B)
     length = SHAFT.bearing_to_joint
     axial = group.sensor_readings(q)[:360]
     expected = R * TILT.phi * length / (length + ARM) * np.sin(TILT.theta - ANGLES)
@@ -143,7 +143,7 @@ def test_one_carrier_bearing_turns_the_whole_line_and_strains_nothing(group):
 
 
 def test_two_bearings_on_a_rigid_carrier_bend_the_shaft_as_a_propped_beam(stiffened):
-    q = held(stiffened, *PIVOT, BEARING_A, BEARING_B)
+    q = static_answer(stiffened, *PIVOT, BEARING_A, BEARING_B)
     axial = stiffened.sensor_readings(q)[:360]
     assert np.abs(axial).max() < 1e-3 * R * TILT.phi
     # Carrier at rest: the shaft's end turns by phi, the bearing's end pivots. Stiffness 3 E I / L
@@ -160,7 +160,9 @@ def test_a_flexible_carrier_between_two_bearings_shares_the_tilt(
     flexible_reduction, shaft, stiffened
 ):
     soft = carrier_on_shaft(flexible_reduction.model, shaft, TILT)
-    q_soft, q_stiff = (held(one, *PIVOT, BEARING_A, BEARING_B) for one in (soft, stiffened))
+    q_soft, q_stiff = (
+        static_answer(one, *PIVOT, BEARING_A, BEARING_B) for one in (soft, stiffened)
+    )
     energies = [
         one.imposed.strain_energy(one.model.K, q)
         for one, q in ((soft, q_soft), (stiffened, q_stiff))
@@ -193,8 +195,10 @@ def test_torque_through_the_shaft_deflects_the_rim_as_with_the_carrier_held(
 ):
     forces = gear_forces(1000.0, gear, 3)
     loads = drive_torque_load(forces.F_PLC, forces.M_t, 3)
-    whole = rotating_group(flexible_reduction.model, pin_reduction.model, shaft, pin_fit=1e7)
-    through_shaft = whole.model.sensor_rows @ static_coordinates(whole.model, [COUPLING], loads)
+    with_shaft = rotating_group(flexible_reduction.model, pin_reduction.model, shaft, pin_fit=1e7)
+    through_shaft = with_shaft.model.sensor_rows @ static_coordinates(
+        with_shaft.model, [COUPLING], loads
+    )
     alone = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 1e7)
     carrier_held = alone.sensor_rows @ static_coordinates(alone, ["shaft_face"], loads)
     # The shaft twists and does nothing else, symmetric meshes do not couple: no axial motion is
@@ -217,7 +221,7 @@ def test_the_group_has_every_physical_pilot_and_all_the_mass(
         assert_allclose(
             group.model.pilots[planet][1:], 0.308 * radial(angle)[1:], rtol=0.0, atol=1e-12
         )
-    parts = (
+    bodies = (
         flexible_reduction.model,
         pin_reduction.model,
         pin_reduction.model,
@@ -226,7 +230,7 @@ def test_the_group_has_every_physical_pilot_and_all_the_mass(
     )
     assert_allclose(
         group.model.mass_properties.mass,
-        sum(part.mass_properties.mass for part in parts),
+        sum(body.mass_properties.mass for body in bodies),
         rtol=1e-12,
     )
     # The joint ties six coordinates, and no other.

@@ -46,36 +46,36 @@ def paths(request, carrier):
     return structure, craig_bampton(structure, N_MODES), half, symmetric
 
 
-def assert_equal_matrices(found, expected):
+def assert_equal_matrices(actual, expected):
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-    assert_allclose(found / scale, expected / scale, rtol=0.0, atol=AGREEMENT)
+    assert_allclose(actual / scale, expected / scale, rtol=0.0, atol=AGREEMENT)
 
 
 def test_static_stiffness_and_mass_of_the_pilots_agree(paths):
-    _, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
+    _, full, _, symmetric = paths
+    m = full.Psi.shape[1]
     for letter in "KM":
-        result, expected = getattr(symmetric.model, letter), getattr(whole.model, letter)
+        result, expected = getattr(symmetric.model, letter), getattr(full.model, letter)
         assert_equal_matrices(result[:m, :m], expected[:m, :m])
         assert (result == result.T).all()
     assert not symmetric.model.K[:m, m:].any()
 
 
 def test_frequencies_labels_and_damping_agree(paths):
-    _, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
-    assert_allclose(symmetric.model.K.diagonal()[m:], whole.modes.omega**2, rtol=AGREEMENT)
-    assert_allclose(symmetric.model.D, whole.model.D, rtol=AGREEMENT)
-    assert symmetric.model.labels == whole.model.labels
+    _, full, _, symmetric = paths
+    m = full.Psi.shape[1]
+    assert_allclose(symmetric.model.K.diagonal()[m:], full.modes.omega**2, rtol=AGREEMENT)
+    assert_allclose(symmetric.model.D, full.model.D, rtol=AGREEMENT)
+    assert symmetric.model.labels == full.model.labels
     assert_allclose(symmetric.model.M[m:, m:], np.eye(N_MODES), rtol=0.0, atol=AGREEMENT)
 
 
 def test_modes_of_one_frequency_span_the_same_space(paths):
-    structure, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
+    structure, full, _, symmetric = paths
+    m = full.Psi.shape[1]
     Phi = symmetric.basis.whole_body(structure.points)[:, m:]
-    products = whole.modes.Phi.T @ (structure.M @ Phi)
-    omega, complete = whole.modes.omega, symmetric.basis.omega
+    products = full.modes.Phi.T @ (structure.M @ Phi)
+    omega, complete = full.modes.omega, symmetric.basis.omega
     same = np.abs(omega[:, None] / complete[None, :] - 1.0) < 1e-6
     assert same.sum() > len(omega)  # pairs there are
     assert_allclose(
@@ -85,36 +85,36 @@ def test_modes_of_one_frequency_span_the_same_space(paths):
 
 
 def test_constraint_modes_agree_on_the_whole_body(paths):
-    structure, whole, _, symmetric = paths
-    Psi = symmetric.basis.whole_body(structure.points)[:, : whole.Psi.shape[1]]
+    structure, full, _, symmetric = paths
+    Psi = symmetric.basis.whole_body(structure.points)[:, : full.Psi.shape[1]]
     # One column a pilot motion: metres per metre and metres per radian have scales of their own.
     assert_allclose(
-        Psi / np.abs(Psi).max(axis=0), whole.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT
+        Psi / np.abs(Psi).max(axis=0), full.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT
     )
 
 
 def test_compliance_errors_by_fields_are_those_of_the_factorised_body(paths):
-    structure, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
+    structure, full, _, symmetric = paths
+    m = full.Psi.shape[1]
     Psi = symmetric.basis.whole_body(structure.points)[:, :m]
     errors = compliance_errors_by_fields(structure, symmetric.model, Psi)
-    assert errors.keys() == compliance_errors(structure, whole).keys()
+    assert errors.keys() == compliance_errors(structure, full).keys()
     # Rounding of the products with K.
     assert max(errors.values()) < 1e-10
     # A body 0.1 % too stiff at its pilots is an error of that size.
-    stiffer = replace(whole, model=replace(whole.model, K=1.001 * whole.model.K))
+    stiffer = replace(full, model=replace(full.model, K=1.001 * full.model.K))
     expected = compliance_errors(structure, stiffer)
-    result = compliance_errors_by_fields(structure, stiffer.model, whole.Psi)
+    result = compliance_errors_by_fields(structure, stiffer.model, full.Psi)
     assert_allclose([result[name] for name in expected], list(expected.values()), rtol=3e-3)
     # Fields that are 0.1 % too large are an error of the square of that.
-    larger = compliance_errors_by_fields(structure, whole.model, 1.001 * whole.Psi)
+    larger = compliance_errors_by_fields(structure, full.model, 1.001 * full.Psi)
     assert_allclose(list(larger.values()), 1e-6, rtol=1e-3)
     # Fields that do not balance between the pilots are an error too.
-    wrong = whole.Psi.copy()
+    wrong = full.Psi.copy()
     coupled = np.unique(np.concatenate([pilot.G.indices for pilot in structure.pilots]))
     free = np.setdiff1d(np.arange(structure.n_dofs), coupled)
     wrong[free] *= 1.0 - 1e-3
-    assert max(compliance_errors_by_fields(structure, whole.model, wrong).values()) > 1e-9
+    assert max(compliance_errors_by_fields(structure, full.model, wrong).values()) > 1e-9
 
 
 def frequency_response(model, omega):
@@ -129,20 +129,20 @@ def frequency_response(model, omega):
 
 
 def test_frequency_response_at_pilots_and_sensors_agrees(paths):
-    _, whole, _, symmetric = paths
+    _, full, _, symmetric = paths
     for share in (0.03, 0.4, 0.97):
-        omega = share * whole.modes.omega[-1]
+        omega = share * full.modes.omega[-1]
         for result, expected in zip(
-            *(frequency_response(path.model, omega) for path in (symmetric, whole)), strict=True
+            *(frequency_response(path.model, omega) for path in (symmetric, full)), strict=True
         ):
             assert_allclose(result, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
 
 
 def test_sensor_rows_of_the_constraint_modes_agree(paths):
-    _, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
-    expected = whole.model.sensor_rows[:, :m]
-    assert symmetric.model.sensor_names == whole.model.sensor_names
+    _, full, _, symmetric = paths
+    m = full.Psi.shape[1]
+    expected = full.model.sensor_rows[:, :m]
+    assert symmetric.model.sensor_names == full.model.sensor_names
     assert_allclose(
         symmetric.model.sensor_rows[:, :m],
         expected,
@@ -152,18 +152,18 @@ def test_sensor_rows_of_the_constraint_modes_agree(paths):
 
 
 def test_mass_properties_and_inertia_invariants_agree(paths):
-    _, whole, _, symmetric = paths
-    m = whole.Psi.shape[1]
-    result, expected = symmetric.model.mass_properties, whole.model.mass_properties
+    _, full, _, symmetric = paths
+    m = full.Psi.shape[1]
+    result, expected = symmetric.model.mass_properties, full.model.mass_properties
     assert_allclose(result.mass, expected.mass, rtol=AGREEMENT)
     assert_allclose(result.centre, expected.centre, rtol=0.0, atol=AGREEMENT)
     assert_allclose(
         result.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max()
     )
     for name in ("first_moment", "second_moment", "N", "P"):
-        a, b = (getattr(reduction.model.ffrf, name)[..., :m] for reduction in (symmetric, whole))
+        a, b = (getattr(reduction.model.ffrf, name)[..., :m] for reduction in (symmetric, full))
         assert_allclose(a, b, rtol=0.0, atol=AGREEMENT * np.abs(b).max(), err_msg=name)
-    a, b = (reduction.model.ffrf.Q[:, :m, :m] for reduction in (symmetric, whole))
+    a, b = (reduction.model.ffrf.Q[:, :m, :m] for reduction in (symmetric, full))
     assert_allclose(a, b, rtol=0.0, atol=AGREEMENT * np.abs(b).max())
 
 
@@ -180,20 +180,20 @@ def test_blocks_hold_a_sixth_a_sixth_and_a_third_of_the_unknowns(paths):
 
 
 def test_no_mode_is_missing_when_one_block_has_more_than_its_share(paths, monkeypatch):
-    _, whole, half, _ = paths
+    _, full, half, _ = paths
     # Without spare modes the blocks have to be asked again.
     monkeypatch.setattr("carrierflex.reduction.symmetric_craig_bampton._SPARE_MODES", 0)
     model = symmetric_craig_bampton(half, 5).model
     omega = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :])
     assert len(omega) >= 5
-    assert_allclose(omega, whole.modes.omega[: len(omega)], rtol=AGREEMENT)
+    assert_allclose(omega, full.modes.omega[: len(omega)], rtol=AGREEMENT)
 
 
 def test_no_modes_at_all_leave_the_static_body(paths):
-    _, whole, half, _ = paths
+    _, full, half, _ = paths
     model = symmetric_craig_bampton(half, 0).model
-    assert model.n_coordinates == whole.Psi.shape[1]
-    assert_equal_matrices(model.M, whole.model.M[: model.n_coordinates, : model.n_coordinates])
+    assert model.n_coordinates == full.Psi.shape[1]
+    assert_equal_matrices(model.M, full.model.M[: model.n_coordinates, : model.n_coordinates])
 
 
 def test_nodes_of_another_mesh_are_refused(paths):
@@ -224,8 +224,8 @@ def certificate_figures(certificate):
 
 @pytest.mark.long
 def test_the_certificate_by_blocks_is_that_of_the_whole_body(paths):
-    structure, whole, _, symmetric = paths
-    expected, reached = certify(structure, whole), certify_by_blocks(symmetric)
+    structure, full, _, symmetric = paths
+    expected, reached = certify(structure, full), certify_by_blocks(symmetric)
     assert [check.name for check in reached.checks] == [check.name for check in expected.checks]
     assert_allclose(reached.cut_off_hz, expected.cut_off_hz, rtol=1e-9)
     result, wanted = certificate_figures(reached), certificate_figures(expected)

@@ -42,11 +42,11 @@ LEVELS = Friction(ELEMENT, x=X, level=np.full(5, 3.0))
 Y = 3.0 + 1e3 * X[:, None] + 20.0 * V + 4e4 * X[:, None] * V
 
 
-def law_of(kind, effect_class, *parts, visited=None):
+def law_of(kind, effect_class, *terms, visited=None):
     """Law with all that a file holds beside its parts."""
     units = ('"V"', "mm\\s") if kind == ELEMENT else ("N", "m")
     rig = RIG if kind == CARRIER else {}
-    return Law("own", kind, effect_class, units, parts, visited or {}, rig, 'rig "A"\\')
+    return Law("own", kind, effect_class, units, terms, visited or {}, rig, 'rig "A"\\')
 
 
 def still(order=0, lobes=1):
@@ -127,7 +127,7 @@ def test_laws_of_every_class_and_parts_of_every_type_are_tried():
         *product([MOUNTING], of_bushings),
         *product([CARRIER], RIM_PATTERNS),
     }
-    assert {type(part) for law in LAWS.values() for part in law.parts} == set(PART_TYPES)
+    assert {type(term) for law in LAWS.values() for term in law.parts} == set(PART_TYPES)
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -137,10 +137,10 @@ def test_a_law_is_read_as_it_was_written(name, tmp_path):
     read = read_law(tmp_path / "law.toml")
     for key in ("name", "kind", "effect_class", "units", "visited", "rig", "measured_on"):
         assert getattr(read, key) == getattr(law, key)
-    assert [type(part) for part in read.parts] == [type(part) for part in law.parts]
-    for own, part in zip(read.parts, law.parts, strict=True):
-        for key in fields(part):
-            there, here = getattr(own, key.name), getattr(part, key.name)
+    assert [type(each) for each in read.parts] == [type(each) for each in law.parts]
+    for read_term, term in zip(read.parts, law.parts, strict=True):
+        for key in fields(term):
+            there, here = getattr(read_term, key.name), getattr(term, key.name)
             if isinstance(here, np.ndarray):
                 # Values below 1e-12 of the largest are written as zero.
                 assert_allclose(there, here, rtol=0.0, atol=1e-12 * abs(here).max(initial=0.0))
@@ -154,7 +154,7 @@ def test_the_file_of_the_manual_is_a_law(tmp_path):
     example = re.search(r'```toml\n(format = "carrierflex-law".*?)```', page, re.DOTALL)
     (tmp_path / "law.toml").write_text(example[1], encoding="utf-8")
     law = read_law(tmp_path / "law.toml")
-    assert [part.type for part in law.parts] == ["table", "friction"]
+    assert [term.type for term in law.parts] == ["table", "friction"]
     assert law.units == ("N", "m")
 
 
@@ -172,7 +172,7 @@ def refused(law, old, new, folder):
 
 
 @pytest.mark.parametrize(
-    ("name", "old", "new", "told"),
+    ("name", "old", "new", "message"),
     [
         ("spring", "version = 3", "version = 4", "written by a newer version"),
         ("spring", "version = 3", "version = 1", "key 'version' is 1; expected 3"),
@@ -263,12 +263,12 @@ def refused(law, old, new, folder):
         ("tilt", "ntl_y", "ntl_x", "[visited]: unknown key 'ntl_x'"),
     ],
 )
-def test_a_damaged_file_is_refused_by_its_key(name, old, new, told, tmp_path):
-    assert told in refused(LAWS[name], old, new, tmp_path)
+def test_a_damaged_file_is_refused_by_its_key(name, old, new, message, tmp_path):
+    assert message in refused(LAWS[name], old, new, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("law", "told"),
+    ("law", "message"),
     [
         (replace(TILT, parts=()), "key 'part' is []; expected at least one table"),
         (replace(TILT, visited={}), "[visited] has no key; expected torque, ntl_y, ntl_z"),
@@ -292,8 +292,8 @@ def test_a_damaged_file_is_refused_by_its_key(name, old, new, told, tmp_path):
         ),
     ],
 )
-def test_what_is_no_law_is_refused(law, told, tmp_path):
+def test_what_is_no_law_is_refused(law, message, tmp_path):
     write_law(tmp_path / "law.toml", law)
     with pytest.raises(ValueError, match="expected") as error:
         read_law(tmp_path / "law.toml")
-    assert told in str(error.value)
+    assert message in str(error.value)

@@ -62,12 +62,12 @@ def test_a_long_record_is_delayed_as_its_stretches_are(delay):
     time = 7.0 + 0.02 * np.arange(6000)
     signals = np.random.default_rng(3).standard_normal((6000, 2))
     signals[2000, 1] = np.nan
-    whole = delayed(time, signals, delay)
+    at_once = delayed(time, signals, delay)
     for first in range(0, 4000, 1500):
         stretch = slice(first, first + 3000)
         read = delayed(time[stretch], signals[stretch], delay)
         inside = slice(0 if delay > 0.0 and first == 0 else 2100, None if first == 3000 else 900)
-        assert_allclose(read[inside], whole[stretch][inside], rtol=1e-9, atol=1e-10)
+        assert_allclose(read[inside], at_once[stretch][inside], rtol=1e-9, atol=1e-10)
 
 
 def test_a_missing_sample_spoils_its_neighbours_only():

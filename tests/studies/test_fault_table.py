@@ -106,7 +106,7 @@ def test_every_error_of_practice_changes_a_copy_of_the_campaign(kind):
 
 
 @pytest.mark.parametrize(
-    ("verdict", "classes", "ties", "found", "expected"),
+    ("verdict", "classes", "ties", "reported", "expected"),
     [
         ("class_named", ("housing/tilt/torque",), (), (), SILENT),
         ("class_named", ("housing/tilt/torque", "carrier/waves/torque"), (), (), PHYSICS),
@@ -119,7 +119,7 @@ def test_every_error_of_practice_changes_a_copy_of_the_campaign(kind):
     ],
 )
 def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
-    verdict, classes, ties, found, expected
+    verdict, classes, ties, reported, expected
 ):
     label = SimpleNamespace(
         effects=("ntl_tilt",), classes=("housing/tilt/torque",), acceptable=(), class_aliases=()
@@ -131,7 +131,7 @@ def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
         attribution=SimpleNamespace(effects=(), aliases=(ties,) if ties else ()),
         class_ids=classes,
     )
-    new = [SimpleNamespace(id=name, check="wiring") for name in found]
+    new = [SimpleNamespace(id=name, check="wiring") for name in reported]
     assert answer_of(fault, label, diagnosis, new) == expected
 
 
@@ -187,14 +187,14 @@ def test_a_softer_axial_bushing_ties_with_the_load_across_it():
 
 
 @pytest.mark.parametrize(
-    ("found", "expected"),
+    ("class_id", "expected"),
     [("channel/gain/none", DETECTED), ("housing/tilt/torque", MISSED)],
 )
-def test_a_fault_is_told_where_its_class_is_named(found, expected):
+def test_a_fault_is_told_where_its_class_is_named(class_id, expected):
     fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.ids)
     nothing = SimpleNamespace(effects=(), parameters={})
     classes = SimpleNamespace(
-        classes=(SimpleNamespace(id=found),),
+        classes=(SimpleNamespace(id=class_id),),
         classes_of_law={"sensor_gain": ("channel/gain/none",), "x": ("housing/tilt/torque",)},
     )
     before = SimpleNamespace(verdict="at_noise_floor", attribution=nothing, classes=None)
@@ -203,7 +203,7 @@ def test_a_fault_is_told_where_its_class_is_named(found, expected):
         fault, study._Answer(before, np.ones(24)), study._Answer(after, 2.0 * np.ones(24))
     )
     assert outcome == expected
-    assert expected == MISSED or by == {found}
+    assert expected == MISSED or by == {class_id}
 
 
 EVEN, UNEVEN = np.full(24, 0.05), 0.05 + 0.2 * np.resize([1.0, -1.0], 24)

@@ -54,14 +54,14 @@ def test_a_held_sun_leaves_a_static_tilt_where_bearings_have_clearance(
 ):
     carrier = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 1e6)
     body = joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
-    held, floating, pins = drawn_data(np.random.default_rng([1, 1]))
-    assert held.mounting == floating.mounting
-    assert held.bearings.upwind_clearance == floating.bearings.upwind_clearance > 0.0
+    supported, floating, pins = drawn_data(np.random.default_rng([1, 1]))
+    assert supported.mounting == floating.mounting
+    assert supported.bearings.upwind_clearance == floating.bearings.upwind_clearance > 0.0
 
     def gap(change):
         held_turns, floating_turns = (
             series(body, replace(data, bearings=replace(data.bearings, **change)), pins)
-            for data in (held, floating)
+            for data in (supported, floating)
         )
         return held_turns - floating_turns
 

@@ -10,8 +10,8 @@ def test_limits_and_their_difference_stand_in_the_table():
     n = 2 * (2 + len(FITS))
     limits = 1e-7 * np.arange(1, n + 1).reshape(2, -1)
     ours, theirs = (
-        np.array([factor * limits - 1e-6 * size for size in own])
-        for factor, own in zip((1.0, 1.02), sizes, strict=True)
+        np.array([factor * limits - 1e-6 * size for size in mesh_sizes])
+        for factor, mesh_sizes in zip((1.0, 1.02), sizes, strict=True)
     )
     lines = comparison_table(sizes, (ours, theirs))
     assert len(lines) == 2 + n

@@ -9,10 +9,10 @@ from studies import tabulate_intervals
 def test_intervals_of_cases_without_an_effect_are_counted_once(tmp_path):
     result = tabulate_intervals.main(out=tmp_path, seed=8, cases=12, without_effect=2, quiet=True)
     assert len(result) >= 2
-    for own in result:
-        known = {hit.name for hit in own.hits}
+    for case in result:
+        known = {hit.name for hit in case.hits}
         # Each parameter has an interval or is said not to be determined.
-        assert not known & set(own.unknown)
+        assert not known & set(case.unknown)
     table = (tmp_path / "intervals.md").read_text(encoding="utf-8")
     assert "| m and K1 |" in table
     times = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}

@@ -39,14 +39,14 @@ def test_the_table_counts_what_the_intervals_hold():
         row(torque_error=-7e3, torque_half=6e3, pins_half=20e3, pins_bound=20e3, pins_held=0.8),
     ]
     lines = loads_table(rows, 0.045, 0.02)
-    told = dict(line.strip("| ").split(" | ") for line in lines[2:])
-    assert told["95 % intervals of the pins' tangential forces hold"] == "90.0 %"
-    assert told["those of torque, M_y, M_z"].startswith("50.0 %")
-    assert told["median half width over a pin's load"] == "10.0 %"
-    assert told["median half width over the bound"] == "1.5"
-    assert told["torque within 3 % of itself"] == "50.0 %"
-    assert told["torque within 3 % of the nominal one"] == "100.0 %"
-    assert told["median error of the torque"] == "3.0 %"
+    table = dict(line.strip("| ").split(" | ") for line in lines[2:])
+    assert table["95 % intervals of the pins' tangential forces hold"] == "90.0 %"
+    assert table["those of torque, M_y, M_z"].startswith("50.0 %")
+    assert table["median half width over a pin's load"] == "10.0 %"
+    assert table["median half width over the bound"] == "1.5"
+    assert table["torque within 3 % of itself"] == "50.0 %"
+    assert table["torque within 3 % of the nominal one"] == "100.0 %"
+    assert table["median error of the torque"] == "3.0 %"
 
 
 def test_the_bound_is_the_closed_form_of_linear_readings(monkeypatch):

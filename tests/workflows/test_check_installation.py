@@ -28,7 +28,7 @@ def test_this_installation_works():
 
 @pytest.mark.usefixtures("without_trials")
 @pytest.mark.parametrize(
-    ("name", "found", "state"),
+    ("name", "installed", "state"),
     [
         ("scipy", None, "fail"),
         ("scipy", "1.2.0", "fail"),
@@ -37,16 +37,16 @@ def test_this_installation_works():
     ],
 )
 def test_a_package_that_is_missing_or_old_fails_where_it_is_required(
-    monkeypatch, name, found, state
+    monkeypatch, name, installed, state
 ):
     there = importlib.metadata.version
 
     def version(asked):
         if asked != name:
             return there(asked)
-        if found is None:
+        if installed is None:
             raise importlib.metadata.PackageNotFoundError(name)
-        return found
+        return installed
 
     monkeypatch.setattr("importlib.metadata.version", version)
     installation = main()

@@ -242,8 +242,8 @@ def test_a_reader_that_has_read_enough_is_no_error(tmp_path):
         [*COMMAND, "cases"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         process.stdout.close()
-        told = process.stderr.read()
-    assert (process.returncode, told) == (141, b"")
+        stderr = process.stderr.read()
+    assert (process.returncode, stderr) == (141, b"")
 
 
 def test_a_command_whose_output_is_closed_does_its_work(tmp_path):

@@ -36,11 +36,11 @@ def test_a_campaign_is_told_by_its_runs_and_channels(tmp_path):
     runs = [run_case("LC1", duration=6.0), run_case("LC2", duration=6.0)]
     campaign = carrier_campaign(runs)
     write_campaign(campaign, tmp_path / "c")
-    told = main(tmp_path / "c")
-    assert told.figures["runs"] == "2: LC1, LC2"
-    assert told.figures["channels"].startswith(f"{len(campaign.channels)}: ")
-    assert told.figures["kind"] == "carrier"
-    assert f"carrierflex check {tmp_path / 'c'}" in told.commands
+    description = main(tmp_path / "c")
+    assert description.figures["runs"] == "2: LC1, LC2"
+    assert description.figures["channels"].startswith(f"{len(campaign.channels)}: ")
+    assert description.figures["kind"] == "carrier"
+    assert f"carrierflex check {tmp_path / 'c'}" in description.commands
     (tmp_path / "c" / "LC2.csv").unlink()
     assert main(tmp_path / "c" / "campaign.toml").figures["missing run files"] == "1: LC2.csv"
 
@@ -52,30 +52,30 @@ def test_a_run_file_is_that_of_a_logger_and_curves_are_none(tmp_path):
     assert log.kind == "file of a logger"
     assert log.figures["rows"] == str(rows)
     curves = written_curves(tmp_path / "curves.csv")
-    told = main(tmp_path / "curves.csv")
-    assert told.kind == "deflection curves of a rim"
+    description = main(tmp_path / "curves.csv")
+    assert description.kind == "deflection curves of a rim"
     largest = abs(curves["delta_f"].axial).max()
-    assert told.figures["delta_f"].startswith(f"{largest:.3g} m")
+    assert description.figures["delta_f"].startswith(f"{largest:.3g} m")
 
 
 def test_a_gearbox_in_rexs_is_told_by_its_stages(tmp_path):
     file = public_stage().write_archive(tmp_path / "gearbox.rexsz")
-    told = main(file)
-    assert told.kind == "gearbox in REXS"
-    assert told.software == "FVA Workbench 5.5"
-    assert told.figures["planetary stages"] == "1: 9"
-    assert told.commands == (f"carrierflex cases --rexs {file} --out STAGE",)
+    description = main(file)
+    assert description.kind == "gearbox in REXS"
+    assert description.software == "FVA Workbench 5.5"
+    assert description.figures["planetary stages"] == "1: 9"
+    assert description.commands == (f"carrierflex cases --rexs {file} --out STAGE",)
 
 
 def test_a_body_is_told_by_mass_pilots_and_certificate(tmp_path, pin_reduction):
     reduced_pin = pin_reduction.model
     write_body(reduced_pin, tmp_path / "pin.h5")
-    told = main(tmp_path / "pin.h5")
-    assert told.kind == "reduced body"
-    assert told.figures["mass"] == f"{reduced_pin.mass_properties.mass:.4g} kg"
-    assert told.figures["pilots"].startswith(f"{len(reduced_pin.pilots)}: ")
-    assert told.figures["certificate"] == "none"
-    assert not any(" view " in line for line in told.commands)
+    description = main(tmp_path / "pin.h5")
+    assert description.kind == "reduced body"
+    assert description.figures["mass"] == f"{reduced_pin.mass_properties.mass:.4g} kg"
+    assert description.figures["pilots"].startswith(f"{len(reduced_pin.pilots)}: ")
+    assert description.figures["certificate"] == "none"
+    assert not any(" view " in line for line in description.commands)
 
 
 def test_a_mesh_a_matrix_and_a_picture(tmp_path):
@@ -94,15 +94,15 @@ def test_a_mesh_a_matrix_and_a_picture(tmp_path):
 def test_results_state_who_wrote_them(tmp_path):
     pin_fit = {"worst": 0.5, "inputs": {"size": 0.03}, "versions": {"carrierflex": "9.8"}}
     (tmp_path / "pin_fit.json").write_text(json.dumps(pin_fit))
-    told = main(tmp_path / "pin_fit.json")
-    assert (told.kind, told.software) == ("result 'pin-fit'", "carrierflex 9.8")
-    assert told.figures["worst"] == "0.5"
+    description = main(tmp_path / "pin_fit.json")
+    assert (description.kind, description.software) == ("result 'pin-fit'", "carrierflex 9.8")
+    assert description.figures["worst"] == "0.5"
     gap = {"gap": {"best": "tilt", "causes": [1, 2]}, "inputs": {"seed": 1}, "versions": {}}
     (tmp_path / "papers_gap.json").write_text(json.dumps(gap))
-    told = main(tmp_path)
-    assert told.kind.startswith("folder with papers_gap.json: causes that explain the gap")
-    assert (told.figures["best"], told.figures["causes"]) == ("tilt", "2 entries")
-    assert "gap" not in told.figures
+    description = main(tmp_path)
+    assert description.kind.startswith("folder with papers_gap.json: causes that explain the gap")
+    assert (description.figures["best"], description.figures["causes"]) == ("tilt", "2 entries")
+    assert "gap" not in description.figures
     diagnosis = {"format": "carrierflex-diagnosis", "headline": "h", "software": "carrierflex 9"}
     (tmp_path / "diagnosis.json").write_text(json.dumps(diagnosis))
     assert main(tmp_path).kind == "folder with diagnosis.json: diagnosis"
@@ -110,9 +110,9 @@ def test_results_state_who_wrote_them(tmp_path):
 
 @pytest.mark.parametrize("name", ["carrier_lc1_to_lc4", "stage_lc1", "mounting_2011"])
 def test_every_command_that_is_named_exists(name):
-    told = main(shipped_case(name))
-    assert told.commands
-    for line in told.commands:
+    description = main(shipped_case(name))
+    assert description.commands
+    for line in description.commands:
         assert command_in(line.split()[1:]) in COMMANDS
 
 
@@ -168,9 +168,9 @@ def test_bodies_of_other_programs_are_told_by_mass_and_pilots(tmp_path):
     (tmp_path / "plate.SID_FEM").write_text(sample())
     write_exudyn(bar((1, 1, 1)), reduction, tmp_path / "bar.hdf5")
     for name, pilots in (("plate.SID_FEM", "1: node_1"), ("bar.hdf5", "2: bar_start, bar_end")):
-        told = main(tmp_path / name)
-        assert told.kind == "reduced body of another program"
-        assert told.figures["pilots"] == pilots
-        assert told.commands == (
+        description = main(tmp_path / name)
+        assert description.kind == "reduced body of another program"
+        assert description.figures["pilots"] == pilots
+        assert description.commands == (
             f"carrierflex export {tmp_path / name} --format FORMAT --out FILE",
         )

@@ -18,10 +18,10 @@ def is_progress(line):
 
 def one_line(result, code=2):
     assert result.returncode == code, result.stderr
-    told = [line for line in result.stderr.splitlines() if not is_progress(line)]
-    assert len(told) == 1, result.stderr
-    assert len(told[0]) < 2200
-    return told[0]
+    lines = [line for line in result.stderr.splitlines() if not is_progress(line)]
+    assert len(lines) == 1, result.stderr
+    assert len(lines[0]) < 2200
+    return lines[0]
 
 
 def changed(tmp_path, case, *changes):
@@ -58,7 +58,7 @@ def test_names_that_no_file_has_are_refused_before_the_work(tmp_path, command, n
 
 
 @pytest.mark.parametrize(
-    ("case", "old", "new", "told"),
+    ("case", "old", "new", "message"),
     [
         ("carrier_lc1_to_lc4", "duration = ", "duration = 1e12 #", "'duration [s]' 1e+12"),
         ("carrier_lc1_to_lc4", "duration = ", "duration = 6e5 #", "'sample_rate_hz [1/s]'"),
@@ -66,11 +66,11 @@ def test_names_that_no_file_has_are_refused_before_the_work(tmp_path, command, n
         ("stage_lc1", "duration = ", "duration = 1e12 #", "'duration [s]' 1e+12"),
     ],
 )
-def test_sizes_that_follow_from_a_case_are_told(tmp_path, command, case, old, new, told):
+def test_sizes_that_follow_from_a_case_are_told(tmp_path, command, case, old, new, message):
     path = changed(tmp_path, case, (old, new))
     line = one_line(command("simulate", path, "--out", "out"))
     assert f"{path}: keys " in line
-    assert told in line
+    assert message in line
     assert "GB); expected at most" in line
 
 

@@ -27,16 +27,16 @@ print(json.dumps([ended.returncode, ended.stderr, left]))
 UNSHARED = ["unshare", "--user", "--map-root-user", "--mount"]
 
 
-def on_small_disk(place, command, environment):
-    """Exit code, stderr and files left of a command, `place` on a file system of 5 MB.
+def on_small_disk(folder, command, environment):
+    """Exit code, stderr and files left of a command, `folder` on a file system of 5 MB.
 
     Most of it is full.
     """
-    place.mkdir()
+    folder.mkdir()
     try:
         ended = subprocess.run(
-            [*UNSHARED, sys.executable, "-c", SMALL, str(place), *command],
-            cwd=place.parent,
+            [*UNSHARED, sys.executable, "-c", SMALL, str(folder), *command],
+            cwd=folder.parent,
             env={**os.environ, **environment},
             capture_output=True,
             text=True,
@@ -51,12 +51,12 @@ def on_small_disk(place, command, environment):
 @pytest.mark.long
 @pytest.mark.parametrize("variable", ["", "TMPDIR", "CARRIERFLEX_CACHE"])
 def test_a_full_disk_is_told_where_results_go_and_ends_no_command_elsewhere(tmp_path, variable):
-    place = tmp_path / "small"
-    out = tmp_path / "out" if variable else place / "out"
+    folder = tmp_path / "small"
+    out = tmp_path / "out" if variable else folder / "out"
     command = [*PROGRAM, "simulate", str(shipped_case()), "--out", str(out)]
-    environment = {variable: str(place)} if variable else {}
-    code, stderr, left = on_small_disk(place, command, environment)
-    assert not any(".part-" in name or ".old-" in name for name in left)
+    environment = {variable: str(folder)} if variable else {}
+    code, stderr, remaining = on_small_disk(folder, command, environment)
+    assert not any(".part-" in name or ".old-" in name for name in remaining)
     if variable:
         assert code == 0, stderr
     else:
@@ -64,7 +64,7 @@ def test_a_full_disk_is_told_where_results_go_and_ends_no_command_elsewhere(tmp_
         assert stderr.count("carrierflex: ") == 1
         assert "out/" in stderr
         assert "No space left on device" in stderr
-        assert left == ["theirs"]
+        assert remaining == ["theirs"]
 
 
 @pytest.mark.long
@@ -90,18 +90,18 @@ def test_a_clock_that_jumps_changes_no_campaign_and_loses_none(tmp_path, command
 def test_a_folder_whose_name_is_not_text_is_diagnosed_on_an_ascii_terminal(tmp_path):
     folder = os.fsencode(tmp_path) + b"/m\xff\xc3"
     os.mkdir(folder)
-    place = os.fsdecode(folder)
+    folder_name = os.fsdecode(folder)
     write_campaign(displacement_campaign(lambda q, v: 0.0 * q), tmp_path / "plain")
-    os.rename(tmp_path / "plain", os.path.join(place, "campaign"))
+    os.rename(tmp_path / "plain", os.path.join(folder_name, "campaign"))
     ended = subprocess.run(
         [*PROGRAM, "diagnose", "campaign", "--quiet", "--out", "out"],
-        cwd=place,
+        cwd=folder_name,
         env={**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
         capture_output=True,
     )
     assert ended.returncode == 0, ended.stderr
-    with open(os.path.join(place, "out", "diagnosis.json"), encoding="utf-8") as file:
+    with open(os.path.join(folder_name, "out", "diagnosis.json"), encoding="utf-8") as file:
         assert json.load(file)["verdict"]
-    with open(os.path.join(place, "out", "report.html"), encoding="utf-8") as file:
+    with open(os.path.join(folder_name, "out", "report.html"), encoding="utf-8") as file:
         assert "</html>" in file.read()
-    assert len(read_campaign(tmp_path.joinpath(place) / "campaign").runs) > 0
+    assert len(read_campaign(tmp_path.joinpath(folder_name) / "campaign").runs) > 0

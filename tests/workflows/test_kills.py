@@ -145,7 +145,7 @@ def standing(folder):
         path.relative_to(folder): path.read_bytes()
         for path in folder.rglob("*")
         if path.is_file()
-        and not any(part.startswith(".") for part in path.parts)
+        and not any(name.startswith(".") for name in path.parts)
         and path.relative_to(folder).parts[0] != "cache"
     }
 

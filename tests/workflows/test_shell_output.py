@@ -50,8 +50,10 @@ def test_bash_completes_commands_options_and_choices(in_a_pipe, tmp_path):
             COMP_LINE="${{COMP_WORDS[*]}}"; COMP_POINT=${{#COMP_LINE}}
             $(complete -p carrierflex | sed 's/.*-F \\([^ ]*\\).*/\\1/')
             printf '%s\\n' "${{COMPREPLY[@]}}" """
-        own = [bash, "--norc", "-c", line]
-        ended = subprocess.run(own, cwd=tmp_path, capture_output=True, text=True, check=True)
+        command_line = [bash, "--norc", "-c", line]
+        ended = subprocess.run(
+            command_line, cwd=tmp_path, capture_output=True, text=True, check=True
+        )
         return {word.strip() for word in ended.stdout.split()}
 
     assert completed("carrierflex", "diag") == {"diagnose"}

@@ -182,7 +182,7 @@ def test_shape_stays_when_an_effect_is_scaled():
 def test_campaign_declares_the_errors_that_its_sensors_are_drawn_with():
     campaign, _ = carrier_case(CasePlan("carrier", 4, 2, SINGLE, ("torque_tilt",), 8.0))
     quiet, _ = carrier_case(CasePlan("carrier", 5, 2, NOTHING, (), 0.0))
-    assert [(own.name, own.gain_std) for own in campaign.inputs] == [("torque", 0.01)]
+    assert [(signal.name, signal.gain_std) for signal in campaign.inputs] == [("torque", 0.01)]
     for channel in campaign.channels:
         # Any size up to 3 % and half a degree is as likely, or up to a share of both.
         assert 0.0 < channel.gain_std <= 0.03 / np.sqrt(3.0)

@@ -34,7 +34,7 @@ def drawn(names: tuple[str, ...], number: int, family: str, drive: str) -> Eleme
     return _drawn_case(plan, case_rng(plan))
 
 
-@pytest.fixture(scope="module", params=PAIRS, ids=lambda own: "-".join(own[0]))
+@pytest.fixture(scope="module", params=PAIRS, ids=lambda pair: "-".join(pair[0]))
 def pair(request):
     """Names of two causes, and a case that holds them."""
     names, number = request.param

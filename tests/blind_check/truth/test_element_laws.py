@@ -157,8 +157,8 @@ def test_sets_of_classes_that_records_may_not_tell_apart():
         ("dissipation", "restoring_force"),
         (("hysteresis", "restoring_force"),),
     )
-    own, others = class_sets(("coulomb", "visco_elastic_stop"))
-    assert own == ("coupled_damping", "dissipation", "restoring_force")
+    classes, others = class_sets(("coulomb", "visco_elastic_stop"))
+    assert classes == ("coupled_damping", "dissipation", "restoring_force")
     # Dissipation beside a surface is the surface again.
     assert ("force_surface",) in others
 

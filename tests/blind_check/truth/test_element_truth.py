@@ -64,8 +64,8 @@ def test_change_of_form_is_as_drawn(name, driven):
     if name != "saturation":  # whose size is that of its unchanged force
         forces[1] *= element_size(name, 0.2, driven) / element_size(name, 0.0, driven)
     changed = reference.missing(forces[1] - forces[0])
-    own = reference.missing(forces[0])
-    np.testing.assert_allclose(changed / own, 0.2, rtol=0.03)
+    unchanged = reference.missing(forces[0])
+    np.testing.assert_allclose(changed / unchanged, 0.2, rtol=0.03)
 
 
 def element_size(name, change, driven):
@@ -87,8 +87,8 @@ def test_refit_of_a_linear_element_leaves_nothing():
         time = plain.step / 8 * np.arange((N - 1.0) * 8 + 1.0)
         wrong = plain.base * (1.05, 0.97, 1.3, 1.0)
         refit = ForcedRefit([drive.at(time) for drive in drives], plain.step / 8, 8, wrong, 100)
-        left = np.array(refit.residuals(signals))
-        assert left.std() < 3e-3 * np.array(signals).std()
+        residual = np.array(refit.residuals(signals))
+        assert residual.std() < 3e-3 * np.array(signals).std()
 
 
 @pytest.mark.long
@@ -106,8 +106,8 @@ def test_refit_of_linear_decays_leaves_nothing():
         1e-4 + start * np.exp(-0.3 * time) * np.cos(np.sqrt(100.0 - 0.09) * time)
         for start in (1e-3, 2e-3)
     ]
-    left = DecayRefit(0.01, 10.3, 0.02).residuals(swings)
-    assert np.abs(left).max() < 1e-9
+    residual = DecayRefit(0.01, 10.3, 0.02).residuals(swings)
+    assert np.abs(residual).max() < 1e-9
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.08])
@@ -147,8 +147,8 @@ def test_decays_last_until_they_have_all_but_stopped():
         plain = drawn_element(rng, DECAY)
         ratios.append(plain.damping_ratio)
         n = samples(DECAY, plain)
-        left = np.exp(-plain.damping_ratio * plain.omega * n * plain.step)
-        assert left == pytest.approx(0.01, rel=0.05) or (n == 1200 and left > 0.01)
+        remaining = np.exp(-plain.damping_ratio * plain.omega * n * plain.step)
+        assert remaining == pytest.approx(0.01, rel=0.05) or (n == 1200 and remaining > 0.01)
     assert 0.01 <= min(ratios) < 0.02
     assert 0.06 < max(ratios) <= 0.08
 
@@ -247,20 +247,20 @@ def drawn_for(plan) -> bool:
 
 def test_textbook_laws_have_true_parameters_and_changed_ones_none(driven):
     plain, reference, _ = driven
-    seen = set()
+    has_values = set()
     for seed in range(12):
         rng = np.random.default_rng(seed)
         element, changes = with_causes(rng, ["cubic_spring"], plain, reference, 2.0, 1)
         values = true_parameters(["cubic_spring"], changes, element, is_decay=False)
         assert bool(values) is (changes == (0.0,))
         assert changes == (0.0,) or 0.05 <= changes[0] <= 0.30
-        seen.add(bool(values))
+        has_values.add(bool(values))
         if values:
             q = reference.columns[:, 0]
             cube = values["cubic_stiffness"]["K3"] * q**3
             np.testing.assert_allclose(reference.missing(cube), 2.0, rtol=1e-6)
             assert values["baseline"]["K1"] == plain.base[1]
-    assert seen == {True, False}
+    assert has_values == {True, False}
 
 
 def test_a_full_check_holds_200_clear_cases_of_every_stratum_with_a_target():
@@ -275,15 +275,15 @@ def test_a_full_check_holds_200_clear_cases_of_every_stratum_with_a_target():
         classes = [ids for name in plan.effects for ids in CAUSES[name].classes]
         assert len(classes) == len(set(classes))
         assert plan.family != PAIR or len(classes) == 2
-    seen = {ids for plan in plans for name in plan.effects for ids in CAUSES[name].classes}
-    assert len(seen) == 9
+    drawn_classes = {ids for plan in plans for name in plan.effects for ids in CAUSES[name].classes}
+    assert len(drawn_classes) == 9
 
 
 def test_pairs_and_outside_causes_meet_every_drive():
     plans = case_plans("element", full_size("element"), 7)
     for stratum in ("wide_band", "levels"):
-        own = [plan for plan in plans if STRATUM[plan.drive] == stratum]
-        pairs = Counter(plan.drive for plan in own if plan.family == PAIR)
+        in_stratum = [plan for plan in plans if STRATUM[plan.drive] == stratum]
+        pairs = Counter(plan.drive for plan in in_stratum if plan.family == PAIR)
         assert len(pairs) == 2
         assert max(pairs.values()) - min(pairs.values()) <= 1
     outside = Counter((plan.drive, plan.effects) for plan in plans if plan.family == OUTSIDE)
@@ -306,8 +306,8 @@ def test_a_baseline_a_little_wrong_leaves_no_more_than_it_may(effect):
     # away makes more of a small force.
     plan = CasePlan("element", 1, 6, SINGLE, (effect,), 8.0, NOISE)
     case = _drawn_case(plan, case_rng(plan))
-    left = np.array(case.baseline(case.channels))
+    residual = np.array(case.baseline(case.channels))
     straight = replace(case, element=replace(case.element, laws=case.element.laws[:-2]))
-    leaked = left - np.array(case.baseline(straight.channels))
-    ratio = root_mean_square(leaked) / root_mean_square(left) * plan.ratio
+    leaked = residual - np.array(case.baseline(straight.channels))
+    ratio = root_mean_square(leaked) / root_mean_square(residual) * plan.ratio
     assert 0.19 * largest_leak(plan) < ratio < 1.05 * largest_leak(plan)

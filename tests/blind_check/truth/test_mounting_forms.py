@@ -220,7 +220,9 @@ def test_a_form_whose_motion_would_run_away_is_drawn_smaller():
     plan = case_plans("mounting", 380, 12007, (FORM,))[199]
     assert plan.effects == ("warming",)
     campaign, label = case_campaign(plan)
-    largest = max(float(np.abs(own).max()) for run in campaign.runs for own in run.signals.values())
+    largest = max(
+        float(np.abs(signal).max()) for run in campaign.runs for signal in run.signals.values()
+    )
     assert largest < 0.05
     assert label.gap_over_floor == pytest.approx(plan.ratio)
 
@@ -231,6 +233,8 @@ def test_a_form_whose_motion_leaves_all_numbers_is_drawn_smaller(names, monkeypa
     # A rubber that takes away six times the stiffness: the motion grows past the largest number.
     monkeypatch.setattr(other_forms, "_SHARE", (3.0, 3.0))
     campaign, label = case_campaign(CasePlan("mounting", 1, 5, FORM, names, 6.0))
-    largest = max(float(np.abs(own).max()) for run in campaign.runs for own in run.signals.values())
+    largest = max(
+        float(np.abs(signal).max()) for run in campaign.runs for signal in run.signals.values()
+    )
     assert largest < 0.05
     assert label.gap_over_floor == pytest.approx(6.0)

@@ -41,9 +41,13 @@ PLAIN = Bushings(K, RIG["bushing_radial_damping"])
 def record():
     """Quick changes at full load, 26 s of them."""
     drawn = drawn_record(np.random.default_rng(4), 4)
-    part = slice(0, 1300)
+    start = slice(0, 1300)
     return MountingRecord(
-        drawn.condition, drawn.time[part], drawn.speed[part], drawn.angle[part], drawn.loads[part]
+        drawn.condition,
+        drawn.time[start],
+        drawn.speed[start],
+        drawn.angle[start],
+        drawn.loads[start],
     )
 
 
@@ -167,9 +171,9 @@ def test_own_refit_of_a_motion_that_runs_away_stays_in_numbers():
     )
     # Against the loads, and growing with time: the stiffer the bushings, the less is left.
     signal = -driven * np.exp(t)[:, None]
-    (left,) = refit.residuals([signal])
-    assert np.isfinite(left).all()
-    assert np.abs(left).max() < 1.01 * np.abs(signal).max()
+    (residual,) = refit.residuals([signal])
+    assert np.isfinite(residual).all()
+    assert np.abs(residual).max() < 1.01 * np.abs(signal).max()
 
 
 @pytest.mark.long
@@ -226,7 +230,9 @@ def test_label_names_parameters_as_the_diagnosis_does(effect):
         MountingState(PLAIN), effect, np.random.default_rng(7), np.array([0.012, 0.06])
     )
     named = named_parameters(state)
-    assert set(named[effect]) == {own.name for own in MOUNTING_EFFECTS[effect].parameters}
+    assert set(named[effect]) == {
+        parameter.name for parameter in MOUNTING_EFFECTS[effect].parameters
+    }
     assert named["baseline"] == {"K1": PLAIN.K1, "C1": PLAIN.C1}
     if effect == "axial_bushing_stiffness":
         assert named[effect]["dk_x"] == state.bushings.k_x - RIG["bushing_axial_stiffness"]

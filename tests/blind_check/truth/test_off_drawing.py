@@ -99,12 +99,12 @@ def test_without_noise_and_errors_the_signal_is_the_curve_of_the_true_fit():
         for channel in campaign.channels:
             u = channel.angle - run.inputs["carrier_angle"]
             curve = series_at(made.curves[fit], u) * run.inputs["torque"] / 1e3
-            left = run.signals[channel.name] - curve
+            residual = run.signals[channel.name] - curve
             # Offset and both tilts remain, and 1 % of the torque, 3 % of the sensor's gain.
             columns = np.array([np.ones_like(u), np.sin(u), np.cos(u)]).T
-            left -= columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+            residual -= columns @ np.linalg.lstsq(columns, residual, rcond=None)[0]
             allowed = 0.045 * curve.std() + 1.5 * label.floor
-            assert left.std() < allowed
+            assert residual.std() < allowed
 
 
 def test_a_radial_sensor_reads_the_radial_curve_beside_the_same_axial_ones():
@@ -123,8 +123,8 @@ def test_a_radial_sensor_reads_the_radial_curve_beside_the_same_axial_ones():
     for run in campaign.runs:
         u = radial.angle - run.inputs["carrier_angle"]
         curve = series_at(made.radial[fit], u) * run.inputs["torque"] / 1e3
-        left = run.signals[radial.name] - curve
-        assert left.std() < 0.045 * curve.std() + 1.5 * label.floor
+        residual = run.signals[radial.name] - curve
+        assert residual.std() < 0.045 * curve.std() + 1.5 * label.floor
 
 
 def test_a_carrier_as_drawn_has_no_gap_with_any_fit():

@@ -50,15 +50,15 @@ def test_a_cause_turns_with_the_carrier_or_stays_as_its_frame_says(name):
         np.testing.assert_allclose(signal[1], np.roll(signal[0], TURN.size // 4), atol=1e-12)
         return
     orders = np.abs(np.fft.rfft(signal, axis=1)) / TURN.size
-    seen = set(np.flatnonzero(orders.max(axis=0) > 1e-9).tolist())
+    present = set(np.flatnonzero(orders.max(axis=0) > 1e-9).tolist())
     if pattern in ("tilt", "saddle"):
-        assert seen == {0}
+        assert present == {0}
         sign = -1.0 if pattern == "tilt" else 1.0
         np.testing.assert_allclose(signal[2:], sign * signal[:2], atol=1e-12)
     if pattern == "planet_pass":
-        assert seen == {3}
+        assert present == {3}
     if pattern == "load_sharing":
-        assert seen <= {0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30}
+        assert present <= {0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30}
     if pattern == "offset":
         np.testing.assert_allclose(signal, np.broadcast_to(signal[0], signal.shape), atol=1e-15)
 
@@ -66,16 +66,16 @@ def test_a_cause_turns_with_the_carrier_or_stays_as_its_frame_says(name):
 @pytest.mark.parametrize("name", OTHER_FORMS)
 def test_a_cause_follows_the_loads_that_its_class_says_and_no_other(name):
     follows = OTHER_FORMS[name].follows.split("+")
-    whole = signal_of(name)
+    full = signal_of(name)
     less_torque = signal_of(name, torque=0.5)
     unloaded = signal_of(name, load=(0.0, 0.0))
-    assert np.allclose(less_torque, whole, rtol=0.0, atol=1e-12) == ("torque" not in follows)
-    assert np.allclose(unloaded, whole, rtol=0.0, atol=1e-12) == ("radial_load" not in follows)
+    assert np.allclose(less_torque, full, rtol=0.0, atol=1e-12) == ("torque" not in follows)
+    assert np.allclose(unloaded, full, rtol=0.0, atol=1e-12) == ("radial_load" not in follows)
     if "radial_load" in follows:
         assert not unloaded.any()
     if "torque" in follows:
         # No law of the library: none is proportional to the torque.
-        assert not np.allclose(less_torque, 0.5 * whole, rtol=1e-3, atol=1e-9) or len(follows) > 1
+        assert not np.allclose(less_torque, 0.5 * full, rtol=1e-3, atol=1e-9) or len(follows) > 1
 
 
 def test_planets_that_share_unevenly_leave_no_wave_that_equal_loads_make():

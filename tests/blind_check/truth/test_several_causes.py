@@ -67,16 +67,16 @@ def test_plans_hold_three_to_five_causes_of_classes_of_their_own(kind):
 
 def test_sizes_have_a_uniform_logarithm_and_know_nothing_of_one_another():
     plans = case_plans("carrier", 600, 4, (SEVERAL,))
-    places = [
+    scaled = [
         np.log(np.array(plan.own_ratios) / SMALLEST_OWN) / np.log(LARGEST_OWN / SMALLEST_OWN)
         for plan in plans
     ]
-    every = np.concatenate(places)
+    every = np.concatenate(scaled)
     counts, _ = np.histogram(every, bins=5, range=(0.0, 1.0))
     assert counts.sum() == every.size
     # Five standard deviations of a share of a fifth.
     np.testing.assert_allclose(counts / every.size, 0.2, atol=5.0 * np.sqrt(0.16 / every.size))
-    first, second = np.array([own[:2] for own in places]).T
+    first, second = np.array([case[:2] for case in scaled]).T
     assert abs(np.corrcoef(first, second)[0, 1]) < 5.0 / np.sqrt(len(plans))
 
 
@@ -129,8 +129,8 @@ def test_every_cause_of_a_mounting_leaves_alone_what_was_drawn_and_none_exceeds_
     assert len(label.changes) == len(causes)
     # Triangle inequality: a stop stiffens what warming softens, so that the gap of all together may
     # be less than the largest, by the others at most (5 % for what one changes of another).
-    largest, whole = max(label.own_gaps), sum(label.own_gaps)
-    assert 0.95 * (2.0 * largest - whole) < label.gap_over_floor < 1.05 * whole
+    largest, total = max(label.own_gaps), sum(label.own_gaps)
+    assert 0.95 * (2.0 * largest - total) < label.gap_over_floor < 1.05 * total
 
 
 @pytest.mark.long
@@ -158,8 +158,8 @@ def test_a_main_bearing_that_hardly_gives_way_is_integrated_in_steps_that_it_bea
     bushings = Bushings(RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"])
     stiff = MountingState(replace(bushings, compliance=2e-12))
     rigid = MountingState(bushings)
-    signals, held = (state.read(bodies(), [record])[0] for state in (stiff, rigid))
-    assert np.abs(signals - held).max() < 0.01 * np.abs(held).max()
+    signals, rigidly = (state.read(bodies(), [record])[0] for state in (stiff, rigid))
+    assert np.abs(signals - rigidly).max() < 0.01 * np.abs(rigidly).max()
 
 
 def rim_case(sensors):
@@ -203,6 +203,6 @@ def test_each_of_several_causes_is_exchanged_by_itself():
     result = alias_sets(causes, records, baseline, 0.05e-5)
     assert result == (("housing/offset", "housing/planet_pass"),)
     # Of what leaves less than it may, every class is an alias.
-    small = {name: [1e-3 * own for own in signals] for name, signals in causes.items()}
+    small = {name: [1e-3 * signal for signal in signals] for name, signals in causes.items()}
     assert len(alias_sets(small, records, baseline, 0.05e-5)) > 10
     assert alias_sets({}, records, baseline, 1.0) == ()

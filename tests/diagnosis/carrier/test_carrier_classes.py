@@ -138,10 +138,10 @@ def test_two_torques_leave_open_what_a_class_follows():
 
 @pytest.mark.long
 def test_a_class_beyond_the_library_is_the_verdict_and_stands_in_the_files():
-    kept = {*KNOWN, "stiff_pins", "housing_tilt"}
+    possible = {*KNOWN, "stiff_pins", "housing_tilt"}
     campaign = campaign_of(lobed)
     problem = carrier_problem(campaign, CURVES)
-    others = tuple(name for name in problem.cards if name not in kept)
+    others = tuple(name for name in problem.cards if name not in possible)
     baseline = replace(campaign.baseline, impossible=others)
     problem = carrier_problem(replace(campaign, baseline=baseline), CURVES)
     diagnosis = diagnose(problem, campaign="lobes", kind="carrier")
@@ -168,7 +168,8 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
     conditions = [str(k % 3) for k in range(len(LOADS))]
     campaign = twin_campaign(None, channels=CHANNELS[:3], turns=3)
     runs = tuple(
-        replace(run, condition=own) for run, own in zip(campaign.runs, conditions, strict=True)
+        replace(run, condition=condition)
+        for run, condition in zip(campaign.runs, conditions, strict=True)
     )
     problem = carrier_problem(replace(campaign, runs=runs), CURVES)
 
@@ -204,7 +205,7 @@ def late_tilt(v, run):
 @pytest.mark.long
 def test_a_tilt_that_begins_late_is_no_sharing_that_follows_torque_and_load():
     answer = carrier_problem(campaign_of(late_tilt), CURVES).class_answer()
-    assert [own.id for own in answer.classes] == ["housing/tilt/radial_load"]
+    assert [entry.id for entry in answer.classes] == ["housing/tilt/radial_load"]
 
 
 @pytest.mark.parametrize(("pattern", "dependence"), [(TILT, BY_RADIAL_LOAD), (MODULATED, BY_BOTH)])
@@ -215,7 +216,7 @@ def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
 ):
     """Turning housing angle, carrier and load by one angle changes nothing of what costs least."""
     quantities = ("axial_displacement", "radial_displacement")
-    shape = next(own for own in shapes() if own.id == pattern)
+    shape = next(candidate for candidate in shapes() if candidate.id == pattern)
     columns = shape.columns[dependence](quantities, n_planets)
     loads = load_functions(4)[dependence]
     rig = replace(CARRIER_RIG, n_planets=n_planets, curves=curves)
@@ -231,7 +232,7 @@ def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
     def signal(c, v, theta, size, direction):
         """Of all columns at a housing angle, carrier angle and load."""
         y, z = -size * np.sin(direction), size * np.cos(direction)
-        functions = [own(0.8, np.array(y), np.array(z)) for own in loads.functions]
+        functions = [function(0.8, np.array(y), np.array(z)) for function in loads.functions]
         waves = []
         for column in columns:
             cosine, sine = column.over(np.array([v]))

@@ -48,8 +48,8 @@ def test_a_stage_as_its_case_has_it_is_at_the_floor(stage):
 
 @pytest.mark.long
 def test_a_held_sun_is_named_with_its_stiffness(stage):
-    held = replace(stage.data, bearings=replace(LOOSE, sun_radial=4e8))
-    answer = answer_to(replace(stage, data=held), stage)
+    supported = replace(stage.data, bearings=replace(LOOSE, sun_radial=4e8))
+    answer = answer_to(replace(stage, data=supported), stage)
     assert answer.attribution.effects == ("stage/sun_radial",)
     values = answer.attribution.parameters["stage/sun_radial"]
     assert values["sun_radial"].value == pytest.approx(4e8, rel=0.3)

@@ -62,7 +62,7 @@ def passing(torque, theta, v):
     return torque / NOMINAL * 8e-6 * np.sin(3.0 * theta + 0.9) * np.cos(v - 1.1)
 
 
-def campaign(curve, beside=nothing, sensors=SENSORS):
+def campaign(curve, further=nothing, sensors=SENSORS):
     rng = np.random.default_rng(3)
     channels = tuple(
         Channel(
@@ -84,7 +84,7 @@ def campaign(curve, beside=nothing, sensors=SENSORS):
             channel.name: 1e-5 * k
             + RADIUS * 3e-4 * np.sin(0.7 - channel.angle)
             + torque / 1e3 * curve.axial_at(channel.angle - theta)
-            + beside(torque, theta, channel.angle)
+            + further(torque, theta, channel.angle)
             + FLOOR * rng.standard_normal(time.size)
             for channel in channels
         }
@@ -174,13 +174,13 @@ def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
     # What is seen whatever the dimension: by how much orders of the rim's curve are off.
     drawn, true = curve_of(w, {}), curve_of(w, {cause: change})
     size = [-order_amplitudes(one.axial).imag[3] for one in (drawn, true)]
-    seen = answer.attribution.parameters["model/carrier"]["order_3"]
+    order_3 = answer.attribution.parameters["model/carrier"]["order_3"]
     expected = np.sign(size[0]) * (size[1] - size[0]) / drawn.rms
-    assert abs(seen.value - expected) < 2.5 * seen.std
+    assert abs(order_3.value - expected) < 2.5 * order_3.std
     # It is as uncertain as the dimension that is fitted, declared errors of the sensors included.
     (fitted,) = answer.attribution.effects
     size = answer.attribution.parameters[fitted]["change"]
-    assert seen.std / abs(seen.value) == pytest.approx(size.std / abs(size.value), rel=1e-6)
+    assert order_3.std / abs(order_3.value) == pytest.approx(size.std / abs(size.value), rel=1e-6)
 
 
 def test_a_dimension_acts_at_the_orders_whose_errors_are_parameters():

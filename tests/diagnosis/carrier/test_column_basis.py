@@ -38,7 +38,10 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     assert (np.abs(result - expected) <= 1e-10 * scale).all()
     # The same where a model takes the target's place.
     some, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
-    simulated = [own.with_target(some, weights).target for own in (problem.records, plain)]
+    simulated = [
+        source_records.with_target(some, weights).target
+        for source_records in (problem.records, plain)
+    ]
     assert_allclose(simulated[0][..., 0], simulated[1][..., 0], rtol=1e-10)
 
 
@@ -66,8 +69,8 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     run = campaign.runs[0]
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
-    for own, holds in ((run, True), (pushed, False)):
-        assert basis.holds(0, some_samples([own], source, 40).rows(CHANNELS[0])) is holds
+    for recorded, holds in ((run, True), (pushed, False)):
+        assert basis.holds(0, some_samples([recorded], source, 40).rows(CHANNELS[0])) is holds
 
 
 def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):

@@ -98,8 +98,12 @@ def test_without_a_gap_the_sentence_says_so():
 
 
 def parts_of(problem):
-    parts = _components(problem.gap_cells((), problem.starts((), {})[-1]))
-    return {(part.pattern, part.order): _frame_of(part, parts, 3) for part in parts if part.runs}
+    components = _components(problem.gap_cells((), problem.starts((), {})[-1]))
+    return {
+        (component.pattern, component.order): _frame_of(component, components, 3)
+        for component in components
+        if component.runs
+    }
 
 
 @pytest.mark.long
@@ -180,9 +184,9 @@ def random_orders(rng, shape):
 
 def test_patterns_of_some_revolutions_are_those_of_all_to_the_last_digit():
     orders = random_orders(np.random.default_rng(2), (30, len(CHANNELS), MAX_ORDER + 1))
-    whole = pattern_split(CHANNELS, orders).amplitudes
+    amplitudes = pattern_split(CHANNELS, orders).amplitudes
     for rows in (np.arange(3), np.array([7]), np.array([4, 9, 21])):
-        assert np.array_equal(pattern_split(CHANNELS, orders[rows]).amplitudes, whole[rows])
+        assert np.array_equal(pattern_split(CHANNELS, orders[rows]).amplitudes, amplitudes[rows])
 
 
 def test_the_map_of_many_runs_takes_memory_for_its_cells_and_not_for_their_revolutions():
@@ -214,5 +218,5 @@ def test_what_is_beside_a_mean_grows_by_no_power(effect, order, growth):
     """A tilt that follows the torque is as large above the mean torque as below it."""
     loads = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (0.75, 0, 5e4), (0.25, 0, -1e5))
     problem = twin_problem(effect, loads=loads, channels=CHANNELS[:4], turns=6)
-    (part,) = [text for text in said(problem).split("; ") if f"order {order}, " in text]
-    assert re.search(f"in every run{growth}$", part)
+    (clause,) = [text for text in said(problem).split("; ") if f"order {order}, " in text]
+    assert re.search(f"in every run{growth}$", clause)

@@ -34,7 +34,7 @@ def gap_of(case):
 
 def share_left(gap, effect, shapes):
     """Least share of the gap's square that an effect leaves, over values of its shape."""
-    left = []
+    shares = []
     for shape in shapes:
         columns = np.concatenate(
             [
@@ -45,8 +45,8 @@ def share_left(gap, effect, shapes):
             axis=1,
         ).T
         fit, *_ = np.linalg.lstsq(columns, gap.ravel(), rcond=None)
-        left.append(((gap.ravel() - columns @ fit) ** 2).sum() / (gap**2).sum())
-    return min(left)
+        shares.append(((gap.ravel() - columns @ fit) ** 2).sum() / (gap**2).sum())
+    return min(shares)
 
 
 @pytest.mark.long
@@ -108,7 +108,7 @@ def share_of_held_out_loads(gap, weights):
         )
         for pair in weights
     ]  # fmt: skip
-    left = 0.0
+    remaining = 0.0
     for load in range(len(LOADS)):
         others = np.arange(len(LOADS)) != load
         sizes = [(law[others] * static[others]).sum() / (law[others] ** 2).sum() for law in laws]
@@ -117,14 +117,14 @@ def share_of_held_out_loads(gap, weights):
             for size, law in zip(sizes, laws, strict=True)
         ]
         best = int(np.argmin(misfits))
-        left += ((static[load] - sizes[best] * laws[best][load]) ** 2).sum()
-    return left / (static**2).sum()
+        remaining += ((static[load] - sizes[best] * laws[best][load]) ** 2).sum()
+    return remaining / (static**2).sum()
 
 
 @pytest.mark.parametrize("case", ["bearing_clearance 1", "bearing_clearance 2"])
 def test_bearings_with_weights_of_their_own_predict_loads_that_were_not_fitted(case):
     weights = 2e5 * np.geomspace(0.05, 3.2, 13)
-    own = share_of_held_out_loads(gap_of(case), list(product(weights, repeat=2)))
+    separate = share_of_held_out_loads(gap_of(case), list(product(weights, repeat=2)))
     common = share_of_held_out_loads(gap_of(case), [(weight, weight) for weight in weights])
-    assert own < 0.02
+    assert separate < 0.02
     assert common > 0.1

@@ -132,7 +132,7 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     problem = carrier_problem(campaign_of(signal, loads=NEXT, turns=6, seed=7), CURVES, (law,))
     result = problem.class_answer()
     # Of a class of the same frame and pattern the law is the nearest one.
-    assert all(own.law == law.name for own in result.classes if own.id == name)
+    assert all(entry.law == law.name for entry in result.classes if entry.id == name)
     noise = problem.noise_square.sum()
     before = fit_effects(problem, ()).sums.square.sum() - noise
     fit = fit_effects(problem, (law.name,))
@@ -156,12 +156,12 @@ def tilt_law(**changes):
 def answer(*findings, state=NAMED_CLASS):
     """Answer of some classes: id, share and law of each."""
     nan = float("nan")
-    whole = (0.0, 1.0)
+    interval = (0.0, 1.0)
     classes = tuple(
-        ClassFinding(name, share, whole, "", nan, law_named=False, measured_law=law)
+        ClassFinding(name, share, interval, "", nan, law_named=False, measured_law=law)
         for name, share, law in findings
     )
-    return ClassAnswer(state, classes, (), {}, 0.9, whole, 0.9, (), nan, {})
+    return ClassAnswer(state, classes, (), {}, 0.9, interval, 0.9, (), nan, {})
 
 
 def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
@@ -177,7 +177,7 @@ def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
 
 
 @pytest.mark.parametrize(
-    ("found", "told"),
+    ("refused", "reason"),
     [
         (answer(state="nothing"), "the answer by class is 'nothing'"),
         (
@@ -200,9 +200,9 @@ def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
         ),
     ],
 )
-def test_what_cannot_be_kept_is_refused_by_name(found, told):
-    with pytest.raises(ValueError, match=f"^no law to save: .*{told}"):
-        carrier_law_of_answer(found, "rig")
+def test_what_cannot_be_kept_is_refused_by_name(refused, reason):
+    with pytest.raises(ValueError, match=f"^no law to save: .*{reason}"):
+        carrier_law_of_answer(refused, "rig")
 
 
 def test_a_law_of_a_carrier_is_for_carriers():
@@ -259,7 +259,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     rig = replace(CARRIER_RIG, n_planets=n_planets)
     rows = class_rows(CHANNELS, rig, loads / scale, 4)
     quantities = ("axial_displacement", "radial_displacement")
-    weights = {name: own.weights for name, own in rows.groups.items()}
+    weights = {name: group_columns.weights for name, group_columns in rows.groups.items()}
     visited = VisitedLoads(loads, scale, 4, quantities, n_planets, 0.412, weights)
     source = ColumnSource(rig, {}, 2.0, 2e5)
     time = np.linspace(0.0, 5.0, 30)
@@ -268,16 +268,18 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     for shape in shapes():
         for dependence, columns_of in shape.columns.items():
             group = f"{shape.id}:{dependence}"
-            place, _ = rows.rows_of_groups[group]
+            columns_of_group, _ = rows.rows_of_groups[group]
             columns = columns_of(quantities, n_planets)
-            own = functions[dependence].functions
-            c = rng.uniform(-1.0, 1.0, (len(own), len(weights[group])))
-            waves = _tabulated_waves(dependence, own, c @ weights[group], columns, visited)
+            dependence_functions = functions[dependence].functions
+            c = rng.uniform(-1.0, 1.0, (len(dependence_functions), len(weights[group])))
+            waves = _tabulated_waves(
+                dependence, dependence_functions, c @ weights[group], columns, visited
+            )
             law = tilt_law(effect_class=shape.id, parts=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
                 features = source._flexible_rows(inputs)
-                signals = c.ravel() @ np.swapaxes(rows.of_run(k)[place] @ features, 0, 1)
+                signals = c.ravel() @ np.swapaxes(rows.of_run(k)[columns_of_group] @ features, 0, 1)
                 for channel, expected in zip(CHANNELS, signals, strict=True):
                     sensor = RimSensor(channel.angle, 0.412, channel.quantity == quantities[0])
                     # The slope of a class's functions within a run is a difference quotient.

@@ -49,7 +49,10 @@ def _misread(campaign, what):
     """Campaign as it is read one standard deviation off."""
     second = campaign.channels[1]
     if what == "delay":
-        late = {own.name: delayed_angle(own.time, turned(own), -DELAY) for own in campaign.runs}
+        late = {
+            late_run.name: delayed_angle(late_run.time, turned(late_run), -DELAY)
+            for late_run in campaign.runs
+        }
         runs = [
             replace(run, inputs={**run.inputs, "carrier_angle": late[run.name]})
             for run in campaign.runs
@@ -129,10 +132,14 @@ def test_places_and_delays_move_whatever_is_fitted(effects, what):
     assert problem.misreading(effects, fit.theta).sources[0] == source
     again = fit_effects(carrier_problem(_misread(campaign, what), CURVES), effects)
     change = (again.theta - fit.theta) / scale
-    own = np.array([parameter.effect in effects for parameter in fit.parameters])
-    assert np.abs(change[own]).max() > 1e-4
+    of_effects = np.array([parameter.effect in effects for parameter in fit.parameters])
+    assert np.abs(change[of_effects]).max() > 1e-4
     assert_allclose(moves / scale, change, atol=0.05 * np.abs(change).max())
-    assert_allclose((moves / scale)[own], change[own], atol=0.05 * np.abs(change[own]).max())
+    assert_allclose(
+        (moves / scale)[of_effects],
+        change[of_effects],
+        atol=0.05 * np.abs(change[of_effects]).max(),
+    )
 
 
 @pytest.mark.long
@@ -163,7 +170,9 @@ def test_a_curve_that_is_too_small_as_a_whole_is_no_error():
     for rig in _rigs_of_curve_errors(CARRIER_RIG):
         changed = [name for name in CURVES if rig.curves[name] is not CURVES[name]]
         for name in changed:
-            before, after = (own.axial_order_content() for own in (CURVES[name], rig.curves[name]))
+            before, after = (
+                curves.axial_order_content() for curves in (CURVES[name], rig.curves[name])
+            )
             moved = np.flatnonzero(~np.isclose(after, before, rtol=1e-6, atol=1e-3 * before.max()))
             assert len(moved) <= 1
             assert moved.tolist() != [int(before[1:].argmax()) + 1]
@@ -176,7 +185,7 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     aware = published_values(problem, fit, floor_ratio=1.1)
     bare = replace(campaign, channels=AXIAL, inputs=())
     blind = published_values(carrier_problem(bare, CURVES), fit, floor_ratio=1.1)
-    tilt, before = (own.parameters["torque_tilt"]["phi_T"] for own in (aware, blind))
+    tilt, before = (published.parameters["torque_tilt"]["phi_T"] for published in (aware, blind))
     # Torque 2 % too large is a tilt per torque 2 % too small.
     assert tilt.std > TORQUE * tilt.value > 2.0 * before.std
     declared, of_curves = aware.gains.split("; ")
@@ -193,7 +202,7 @@ def test_an_interval_of_the_pins_holds_the_known_error_of_the_curves_size(campai
         published_values(problem, fit_effects(problem, EFFECT), floor_ratio=1.1)
         for problem in (carrier_problem(as_read, curves) for curves in (CURVES, exact))
     ]
-    known, unknown = (own.parameters["flexible_pins"]["rho_f"] for own in published)
+    known, unknown = (values.parameters["flexible_pins"]["rho_f"] for values in published)
     half = np.diff(known.ci95).item() / 2.0
     # Of 5.7 % of the size, and what the interval holds besides.
     assert half >= 0.99 * np.hypot(0.057 * known.value, np.diff(unknown.ci95).item() / 2.0)

@@ -33,8 +33,8 @@ def at_one_sensor(channel, angle):
 def undeclared(campaign, *, looked_for=()):
     """Campaign without declared noise; few effects are looked for, to be quick."""
     channels = tuple(replace(channel, noise_std=None) for channel in campaign.channels)
-    kept = {*KNOWN, *looked_for}
-    impossible = tuple(name for name in CARRIER_EFFECTS if name not in kept)
+    possible = {*KNOWN, *looked_for}
+    impossible = tuple(name for name in CARRIER_EFFECTS if name not in possible)
     baseline = replace(campaign.baseline, impossible=impossible)
     return replace(campaign, channels=channels, baseline=baseline)
 
@@ -100,8 +100,8 @@ def test_a_whirl_keeps_its_order_and_is_taken_out_of_the_records():
     clean = twin_campaign()
     for run, bare in zip(result.campaign.runs, clean.runs, strict=True):
         for name, values in run.signals.items():
-            left = np.sqrt(np.mean((values - bare.signals[name]) ** 2))
-            assert left < 0.2 * NOISE, f"{run.name} {name}"
+            residual_rms = np.sqrt(np.mean((values - bare.signals[name]) ** 2))
+            assert residual_rms < 0.2 * NOISE, f"{run.name} {name}"
 
 
 def test_a_tone_of_one_sensor_keeps_its_frequency():
@@ -116,7 +116,7 @@ def test_missing_samples_and_another_simulator_do_not_hide_a_line():
     runs = []
     for run in campaign.runs:
         gone = rng.uniform(size=run.time.size) < 0.05
-        signals = {name: np.where(gone, np.nan, own) for name, own in run.signals.items()}
+        signals = {name: np.where(gone, np.nan, signal) for name, signal in run.signals.items()}
         runs.append(replace(run, signals=signals))
     (motion,) = off_orders(replace(campaign, runs=tuple(runs))).motions
     assert motion.id == "nonsynchronous/0.47X"
@@ -131,8 +131,8 @@ def test_missing_samples_and_another_simulator_do_not_hide_a_line():
         for run in campaign.runs
     )
     baseline = replace(campaign.baseline, source="columns")
-    beside = replace(campaign, runs=predicted, baseline=baseline)
-    assert off_orders(beside).motions == ()
+    predicted_campaign = replace(campaign, runs=predicted, baseline=baseline)
+    assert off_orders(predicted_campaign).motions == ()
 
 
 def test_cells_of_a_line_have_its_frequency_and_channel():
@@ -159,7 +159,7 @@ def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     diagnosis = diagnose(problem, campaign="twin", kind="carrier")
     document = diagnosis_document(diagnosis)
     assert document["verdict"] == "class_named"
-    classes = [own["id"] for own in document["classes"]]
+    classes = [entry["id"] for entry in document["classes"]]
     assert classes == ["nonsynchronous/0.47X", "housing/tilt/undetermined"]
     assert document["effects"] == ["torque_tilt"]
     heading = verdict_heading(diagnosis)
@@ -172,9 +172,9 @@ def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     lines = [cell for cell in document["where"] if "frequency_hz" in cell]
     assert lines
     assert not [cell for cell in document["remaining"] if "frequency_hz" in cell]
-    whole = sum(row["samples"] * row["mean_square"] for row in document["held_out"])
+    total = sum(row["samples"] * row["mean_square"] for row in document["held_out"])
     samples = sum(row["samples"] for row in document["held_out"])
-    assert np.isclose(np.sqrt(whole / samples), far["rms_before"], rtol=0.01)
+    assert np.isclose(np.sqrt(total / samples), far["rms_before"], rtol=0.01)
 
 
 def test_a_line_found_in_some_runs_is_taken_out_of_all(monkeypatch):

@@ -109,15 +109,17 @@ def test_derivatives_are_those_of_the_prediction(effect):
 
 def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
     problem = twin_problem("thermal_drift", loads=LOADS[:3], turns=3)
-    names = [(own.effect, own.run) for own in problem.parameters(("thermal_drift",))]
+    names = [
+        (parameter.effect, parameter.run) for parameter in problem.parameters(("thermal_drift",))
+    ]
     theta = problem.starts(("thermal_drift",), {})[-1]
     sums = problem.sums(("thermal_drift",), theta, np.ones(len(problem.segments), dtype=bool))
     # Offset and three drifts of one run, five that all runs share; not those of the two others.
     assert sums.matrix.shape[1:] == (9, 9)
     assert sums.right_side.shape[1:] == (9,)
     full = sums.full_right_side()
-    for segment, own, row in zip(sums.unknowns, sums.right_side, full, strict=True):
-        assert np.array_equal(row[segment], own)
+    for segment, right_side, row in zip(sums.unknowns, sums.right_side, full, strict=True):
+        assert np.array_equal(row[segment], right_side)
         assert not np.delete(row, segment).any()
     total = sums.total_matrix()
     assert total.shape == (17, 17) == (len(names), len(names))
@@ -125,7 +127,7 @@ def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
     for i, j in np.ndindex(total.shape):
         apart = run_of[i] and run_of[j] and run_of[i] != run_of[j]
         assert (total[i, j] == 0.0) or not apart
-    drifts = [k for k, own in enumerate(names) if own == ("thermal_drift", "run2")]
+    drifts = [k for k, owner in enumerate(names) if owner == ("thermal_drift", "run2")]
     assert (np.diag(total)[drifts] > 0.0).all()
 
 
@@ -213,18 +215,18 @@ def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypat
 
 
 def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
-    whole = twin_problem("flange_warp", loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+    at_once = twin_problem("flange_warp", loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
     effects = ("flange_warp", "sensor_delay")
-    fit = fit_effects(whole, effects)
-    chosen = np.ones(len(whole.segments), dtype=bool)
+    fit = fit_effects(at_once, effects)
+    chosen = np.ones(len(at_once.segments), dtype=bool)
     chosen[::3] = False
-    expected = whole.sums(effects, fit.theta, chosen), whole.squares(effects, fit.theta, chosen)
+    expected = at_once.sums(effects, fit.theta, chosen), at_once.squares(effects, fit.theta, chosen)
     monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._SLICE_BYTES", 1)
-    parts = replace(whole)
-    assert len(parts._slices.slices) == len(whole.campaign.runs)
+    by_run = replace(at_once)
+    assert len(by_run._slices.slices) == len(at_once.campaign.runs)
     sums, squares = (
-        parts.sums(effects, fit.theta, chosen),
-        parts.squares(effects, fit.theta, chosen),
+        by_run.sums(effects, fit.theta, chosen),
+        by_run.squares(effects, fit.theta, chosen),
     )
     scale = expected[0].square.max()
     assert_allclose(sums.square, expected[0].square, atol=1e-10 * scale)
@@ -232,7 +234,7 @@ def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
     assert_allclose(
         sums.total_matrix(chosen), expected[0].total_matrix(chosen), rtol=1e-9, atol=1e-15
     )
-    grams = [problem.gram_table().total for problem in (parts, whole)]
+    grams = [problem.gram_table().total for problem in (by_run, at_once)]
     size = np.sqrt(np.diagonal(grams[1]))
     change = grams[0] - grams[1]
     assert (np.abs(change) <= 1e-9 * np.outer(size, size)).all()

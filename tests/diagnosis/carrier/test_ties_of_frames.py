@@ -61,21 +61,21 @@ def campaign(sensors_deg=(20.0, 110.0, 200.0, 290.0)):
     return Campaign("carrier", "four", Baseline("model", effects), rig, channels, tuple(runs))
 
 
-def told(campaign, turned_deg):
+def diagnosis_of(campaign, turned_deg):
     problem = carrier_problem(campaign, curves(turned_deg))
     return diagnose(problem, campaign="four", kind="carrier")
 
 
 @pytest.mark.long
 def test_a_curve_with_its_predicted_phase_decides_between_the_frames():
-    diagnosis = told(campaign(), 0.0)
+    diagnosis = diagnosis_of(campaign(), 0.0)
     assert (diagnosis.verdict, diagnosis.attribution.effects) == ("named", ("flexible_pins",))
 
 
 @pytest.mark.long
 def test_a_law_of_free_phase_does_not():
     """The carrier is off its drawing: its lobes stand 6 degrees on, and any wave has that phase."""
-    diagnosis = told(campaign(), 6.0)
+    diagnosis = diagnosis_of(campaign(), 6.0)
     assert diagnosis.verdict == "aliased"
     assert not diagnosis.attribution.effects
     answer = diagnosis.classes
@@ -86,7 +86,7 @@ def test_a_law_of_free_phase_does_not():
 
 @pytest.mark.long
 def test_the_sensor_that_is_asked_for_decides():
-    diagnosis = told(campaign((20.0, 65.0, 110.0, 200.0, 290.0)), 6.0)
+    diagnosis = diagnosis_of(campaign((20.0, 65.0, 110.0, 200.0, 290.0)), 6.0)
     assert [finding.id for finding in diagnosis.classes.classes] == ["carrier/waves/torque"]
     assert not diagnosis.classes.ties
 

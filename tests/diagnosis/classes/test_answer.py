@@ -102,17 +102,17 @@ def test_what_can_be_learnt_is_the_most_that_the_best_pair_or_all_classes_explai
 
 def test_each_class_of_a_pair_has_its_part_and_its_own_law():
     result = answered(A + 0.5 * B, laws={"a": A, "b": B})
-    told = [(own.id, own.law, own.law_named) for own in result.classes]
-    assert told == [("a", "law_a", True), ("b", "law_b", True)]
+    named_laws = [(entry.id, entry.law, entry.law_named) for entry in result.classes]
+    assert named_laws == [("a", "law_a", True), ("b", "law_b", True)]
     # Energies of one and of a fourth; a law takes as much as its class.
-    assert [own.share for own in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
-    assert [own.law_share for own in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
+    assert [entry.share for entry in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
+    assert [entry.law_share for entry in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
     assert result.law_share == pytest.approx(1.0, abs=0.01)
 
 
 def test_without_a_law_there_is_no_share_of_laws():
     result = answered(A + 0.5 * B, laws={"b": B})
-    assert [own.law for own in result.classes] == ["", "law_b"]
+    assert [entry.law for entry in result.classes] == ["", "law_b"]
     assert np.isnan(result.classes[0].law_share)
     # The law of the one alone is a law of a fifth of the gap.
     assert result.law_share == pytest.approx(0.2, abs=0.05)
@@ -121,9 +121,9 @@ def test_without_a_law_there_is_no_share_of_laws():
 
 def test_a_law_is_named_where_the_drive_shows_it_and_the_records_cannot_tell_it_from_its_class():
     def is_named(law, **options):
-        (own,) = answered(A, laws={"a": law}, **options).classes
-        assert own.law == "law_a"
-        return own.law_named
+        (entry,) = answered(A, laws={"a": law}, **options).classes
+        assert entry.law == "law_a"
+        return entry.law_named
 
     assert is_named(A)
     assert not is_named(A, shows_laws=False)
@@ -139,10 +139,10 @@ def test_a_law_that_lies_in_one_of_two_tied_classes_is_not_named():
 
 def test_a_law_that_draws_a_part_of_its_class_has_the_share_that_it_explains_itself():
     law = COLUMNS["a"][0]
-    (own,) = answered(A, laws={"a": law}).classes
+    (entry,) = answered(A, laws={"a": law}).classes
     # One of three columns of one size.
-    assert own.law_share == pytest.approx(1.0 / 3.0, abs=0.05)
-    assert own.share == pytest.approx(1.0, abs=0.01)
+    assert entry.law_share == pytest.approx(1.0 / 3.0, abs=0.05)
+    assert entry.share == pytest.approx(1.0, abs=0.01)
     pair = answered(A + 0.5 * B, laws={"a": law}).classes
     assert pair[0].law_share == pytest.approx(0.8 / 3.0, abs=0.05)
 

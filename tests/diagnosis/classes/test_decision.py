@@ -84,7 +84,7 @@ def test_two_causes_are_a_pair_whose_parts_follow_their_energies():
     result = answered(A + 0.5 * B)
     assert result.ids == ("a", "b")
     # Energies 1 and 0.25.
-    assert_allclose([own.share for own in result.classes], [0.8, 0.2], atol=0.05)
+    assert_allclose([entry.share for entry in result.classes], [0.8, 0.2], atol=0.05)
 
 
 def test_parts_of_a_pair_add_up_though_one_hides_the_other():
@@ -92,7 +92,7 @@ def test_parts_of_a_pair_add_up_though_one_hides_the_other():
     opposed = COLUMNS | {"b": COLUMNS["b"] - 0.9 * COLUMNS["a"]}
     result = answered(A + (opposed["b"]).sum(axis=0), opposed)
     assert result.ids == ("a", "b")
-    shares = [own.share for own in result.classes]
+    shares = [entry.share for entry in result.classes]
     assert sum(shares) == pytest.approx(result.share, abs=1e-12)
     assert min(shares) > 0.0
 
@@ -102,7 +102,7 @@ def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
     table = replace(table, floor=4.0 * table.floor)
     result = answer_of(table, tuple(table.classes))
     assert result.share == 1.0
-    assert sum(own.share for own in result.classes) == pytest.approx(1.0, abs=1e-12)
+    assert sum(entry.share for entry in result.classes) == pytest.approx(1.0, abs=1e-12)
     assert max(*result.rivals.values(), result.learnable, *result.share_ci95) <= 1.0
 
 
@@ -137,7 +137,7 @@ def test_a_small_second_cause_holds_in_block_after_block():
 
 
 #: Parts of one damping, of which one is of the speed alone, and a product of it.
-PARTS = {
+COUPLED_DAMPING = {
     "coupled_parts": frozenset({"a", "b"}),
     "uncoupled_part": "a",
     "products": {"p": ("a", "more")},
@@ -145,28 +145,28 @@ PARTS = {
 
 
 @pytest.mark.parametrize(
-    ("beside", "product", "total"),
+    ("other_size", "product", "total"),
     [(0.0, ("surface",), ("a", "b")), (1.0, ("d", "surface"), ("a", "d"))],
 )
 def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what_it_leaves(
-    beside, product, total
+    other_size, product, total
 ):
     other = np.random.default_rng(5).standard_normal((2, A.size))
     columns = COLUMNS | {"d": other}
 
-    def found(signal, parts=PARTS, **options):
-        table = toy_table(signal + beside * other.sum(axis=0), columns, noise=0.01)
+    def ids_of(signal, coupling=COUPLED_DAMPING, **options):
+        table = toy_table(signal + other_size * other.sum(axis=0), columns, noise=0.01)
         classes = table.classes | {"surface": tuple(COLUMNS)}
-        return answer_of(replace(table, classes=classes, **parts), tuple("abcd"), **options).ids
+        return answer_of(replace(table, classes=classes, **coupling), tuple("abcd"), **options).ids
 
-    alone = ("a",) if beside == 0.0 else ("a", "d")
-    assert found(A + 0.1 * MORE, {}) == alone
-    assert found(A + 0.1 * MORE) == product
-    assert found(A + 0.1 * MORE, shows_small_causes=False) == ()
+    alone = ("a",) if other_size == 0.0 else ("a", "d")
+    assert ids_of(A + 0.1 * MORE, {}) == alone
+    assert ids_of(A + 0.1 * MORE) == product
+    assert ids_of(A + 0.1 * MORE, shows_small_causes=False) == ()
     # The other part, which both arguments make, stays what it is.
-    assert found(A + 0.1 * MORE, PARTS | {"uncoupled_part": "b"}) == alone
+    assert ids_of(A + 0.1 * MORE, COUPLED_DAMPING | {"uncoupled_part": "b"}) == alone
     # A sum of both parts, which beside another class would be a third cause.
-    assert found(A + 0.06 * B) == total
+    assert ids_of(A + 0.06 * B) == total
 
 
 @pytest.mark.parametrize(("size", "answer"), [(0.05, ("a",)), (0.1, ("surface",))])
@@ -175,7 +175,7 @@ def test_a_damping_of_the_speed_gives_way_to_a_product_that_its_law_gives_way_to
     unknown = 0.15 * A.std() * np.random.default_rng(9).standard_normal(A.size)
     table = toy_table(A + size * MORE + unknown, COLUMNS, noise=0.01)
     classes = table.classes | {"surface": tuple(COLUMNS)}
-    table = replace(table, classes=classes, **PARTS)
+    table = replace(table, classes=classes, **COUPLED_DAMPING)
     assert answer_of(table, tuple("abc")).ids == answer
     # A sum of two dampings that leaves less is no product.
     summed = replace(table, products={"p": ("a", "c")})
@@ -240,9 +240,10 @@ def test_a_law_is_named_where_the_blocks_cannot_tell_it_from_its_class():
 
 def test_weights_of_one_sign_do_not_fit_the_other_sign():
     table = toy_table(-A, COLUMNS, noise=1e-3)
-    places = table.groups["a"].columns
+    columns_of_a = table.groups["a"].columns
     signed = replace(
-        table, groups=table.groups | {"a": ColumnGroup(places, np.eye(places.size), True)}
+        table,
+        groups=table.groups | {"a": ColumnGroup(columns_of_a, np.eye(columns_of_a.size), True)},
     )
     model = _class_model(signed, ("a",), (0.0,), jitter=0.0)
     c = coefficients(products_of(signed.total, model), model)
@@ -252,8 +253,8 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.
     by_block = squares_left(products_of(table.gram, free), c)
-    left = by_block.sum() / table.scale[0] ** 2
-    assert left == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)
+    remaining = by_block.sum() / table.scale[0] ** 2
+    assert remaining == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)
 
 
 def test_an_answer_stands_where_a_class_that_the_drive_does_not_separate_explains_no_more():
@@ -274,11 +275,11 @@ def test_without_a_known_floor_the_best_class_is_not_right_by_definition():
 
 def test_a_cause_beside_a_coupled_one_is_named_with_it():
     table = toy_table(A + MORE, {name: COLUMNS[name] for name in ("a", "b", "more")})
-    beside = COLUMNS["c"]
-    whole = toy_table(A + MORE + beside.sum(axis=0), COLUMNS)
-    classes = whole.classes | {"surface": ("a", "b", "more")}
+    uncoupled = COLUMNS["c"]
+    with_uncoupled = toy_table(A + MORE + uncoupled.sum(axis=0), COLUMNS)
+    classes = with_uncoupled.classes | {"surface": ("a", "b", "more")}
     assert answer_of(table, ("a", "b", "surface")).ids == ("surface",)
-    result = answer_of(replace(whole, classes=classes), ("a", "b", "c", "surface"))
+    result = answer_of(replace(with_uncoupled, classes=classes), ("a", "b", "c", "surface"))
     assert result.ids == ("c", "surface")
 
 
@@ -286,8 +287,8 @@ def test_a_law_is_not_named_where_its_class_leaves_more_than_noise():
     other = np.random.default_rng(9).standard_normal(A.size)
     other *= A.std() / other.std()
     assert answered(A + 0.1 * other, laws={"a": A}, noise=0.01).classes[0].law_named
-    left = answered(A + 0.35 * other, laws={"a": A}, noise=0.01).classes[0]
-    assert (left.law, left.law_named) == ("law_a", False)
+    entry = answered(A + 0.35 * other, laws={"a": A}, noise=0.01).classes[0]
+    assert (entry.law, entry.law_named) == ("law_a", False)
 
 
 def test_a_class_that_bends_to_its_partners_cause_is_smoothed_beside_it():
@@ -301,7 +302,7 @@ def test_a_class_that_bends_to_its_partners_cause_is_smoothed_beside_it():
     assert scores.of(("b",)).ridges == (LIMITS.ridges[0],)
     assert scores.of(("a", "b")).ridges[1] == LIMITS.ridges[-1]
     rough = ClassScores(toy_table(A, bent), replace(LIMITS, ridges=LIMITS.ridges[:1]))
-    beyond = [own.of(("a", "b")).total - alone.total for own in (scores, rough)]
+    beyond = [each.of(("a", "b")).total - alone.total for each in (scores, rough)]
     assert 0.0 < beyond[0] < 0.7 * beyond[1]
 
 
@@ -340,8 +341,8 @@ def test_a_coupled_class_takes_the_place_of_its_parts_where_a_product_leaves_les
     product = np.array([A + share * B + 0.05 * MORE])
     table = toy_table(signal, COLUMNS | {"product": product}, noise=0.01)
     assert answer_of(table, ("a", "b", "c")).ids == ("a", "b")
-    parts = PARTS | {"products": {"p": ("product",)}}
-    assert answer_of(replace(table, **parts), ("a", "b", "c")).ids == answer
+    coupling = COUPLED_DAMPING | {"products": {"p": ("product",)}}
+    assert answer_of(replace(table, **coupling), ("a", "b", "c")).ids == answer
 
 
 def test_what_is_held_out_is_left_by_a_fit_of_baseline_and_laws_to_the_other_folds():

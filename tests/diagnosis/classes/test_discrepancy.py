@@ -38,8 +38,8 @@ def test_the_shift_is_that_of_generalised_least_squares():
     tau_square = above / (len(columns) * pi * energy)
     V = table.floor.sum() / (0.5 * N) * np.eye(rows.shape[1]) + (phi.T * tau_square) @ phi
     weighted = np.linalg.solve(V, design.T)
-    beside = np.linalg.solve(design @ weighted, weighted.T @ target)
-    assert_allclose(shift, beside - plain, rtol=1e-6)
+    generalised = np.linalg.solve(design @ weighted, weighted.T @ target)
+    assert_allclose(shift, generalised - plain, rtol=1e-6)
     # What class a hides in the law is found in part.
     assert 0.1 < abs(shift[1]) < 0.5
 
@@ -52,8 +52,8 @@ def _rows(table):
 
 def test_nothing_shifts_where_the_fit_leaves_the_floor():
     table, J = _case(lambda columns: 0.0)
-    left = replace(table, floor=1.2 * table.floor)
-    assert_allclose(discrepancy_shift(left, J, independent_samples=N), 0.0)
+    at_floor = replace(table, floor=1.2 * table.floor)
+    assert_allclose(discrepancy_shift(at_floor, J, independent_samples=N), 0.0)
 
 
 def test_a_discrepancy_unlike_the_parameters_shifts_none():

@@ -53,8 +53,8 @@ def test_a_law_is_named_where_its_class_is_certain_or_every_tied_one_holds_it_to
     # The columns of a once more, as if of another class.
     columns = COLUMNS | {"b": COLUMNS["a"] + 1e-6 * COLUMNS["b"]}
     table = toy_table(A, columns, laws={"a": A, "b": A})
-    other, own = table.laws["b"][0], table.laws["a"][0]
-    both = {"a": (own,), "b": (replace(other, id=own.id),)}
+    other, law_of_a = table.laws["b"][0], table.laws["a"][0]
+    both = {"a": (law_of_a,), "b": (replace(other, id=law_of_a.id),)}
     for laws, is_named in ((table.laws, False), (table.laws | both, True)):
         result = answer_of_scores(scored(replace(table, laws=laws))[0], ("a", "b", "c"))
         assert result.ties in ((("a",),), (("b",),))
@@ -64,9 +64,9 @@ def test_a_law_is_named_where_its_class_is_certain_or_every_tied_one_holds_it_to
 
 
 def test_a_law_explains_down_to_the_floor_or_nearly_all_of_the_gap():
-    def explains(before, left):
+    def explains(before, remaining):
         shares = Shares(np.full(N_BLOCKS, before), np.ones(N_BLOCKS), LIMITS)
-        return _explains(shares, HeldOutSquares(np.full(N_BLOCKS, left), (), ()))
+        return _explains(shares, HeldOutSquares(np.full(N_BLOCKS, remaining), (), ()))
 
     # A gap of one floor above it: a tenth of that is left, within what the floor is known to.
     assert explains(2.0, 1.1)
@@ -80,8 +80,8 @@ def test_no_law_is_named_beside_a_surface():
     table = toy_table(A + B, COLUMNS, laws={"a": A})
     scores, shares = scored(table)
     assert nearest_law(scores, shares, "a", ("b",)).is_equal
-    beside = replace(table, surface="b")
-    assert not nearest_law(*scored(beside), "a", ("b",)).is_equal
+    with_surface = replace(table, surface="b")
+    assert not nearest_law(*scored(with_surface), "a", ("b",)).is_equal
 
 
 @pytest.mark.parametrize(

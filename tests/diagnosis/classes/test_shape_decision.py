@@ -90,9 +90,9 @@ def test_causes_of_like_size_are_named_together_where_none_alone_takes_half_of_t
 def test_each_of_several_stays_that_gains_where_the_simple_ways_leave_a_part_of_every_cause():
     causes = {"tilt": 30.0, "wear": 25.0, "play": 24.0, "heat": 23.0, "oil": 22.0}
     classes = {
-        f"{name}/{way}": {name: left}
+        f"{name}/{way}": {name: remaining}
         for name in causes
-        for way, left in (("all", 0.0), ("one", 0.25))
+        for way, remaining in (("all", 0.0), ("one", 0.25))
     }
     sizes = {name: 6 for name in classes if name.endswith("/all")}
     result = decided(causes | {"rest": 20.0}, classes, sizes=sizes, as_good=is_no_clear_gain)

@@ -36,18 +36,20 @@ def toy_table(signal, columns, *, noise=0.1, seed=1, laws=None):
     target = signal + noise * rng.standard_normal(n)
     rows = [target[None], np.ones((1, n)), *columns.values()]
     first, groups = 2, {}
-    for name, own in columns.items():
-        places = np.arange(first, first + len(own))
-        groups[name] = ColumnGroup(places, np.eye(len(own)))
-        first += len(own)
+    for name, values in columns.items():
+        numbers = np.arange(first, first + len(values))
+        groups[name] = ColumnGroup(numbers, np.eye(len(values)))
+        first += len(values)
     known = {name: () for name in (*columns, "surface")}
-    for name, own in (laws or {}).items():
+    for name, values in (laws or {}).items():
         known[name] = (LawColumns(f"law_{name}", (np.array([first]),), 1),)
-        rows.append(own[None])
+        rows.append(values[None])
         first += 1
     table = np.concatenate(rows)
     scale = 1.0 / np.sqrt(np.sum(table**2, axis=1))
-    gram = np.array([part @ part.T for part in np.split(table * scale[:, None], N_BLOCKS, axis=1)])
+    gram = np.array(
+        [block @ block.T for block in np.split(table * scale[:, None], N_BLOCKS, axis=1)]
+    )
     classes = {name: (name,) for name in columns if name != "more"}
     return GramTable(
         gram=gram,
@@ -71,7 +73,7 @@ def known_scores(causes, classes, *, fitted=np.inf, limits=None):
     fitted to.
     """
 
-    def left(names):
+    def remaining_squares(names):
         by_cause = (
             size * min([1.0, *(classes[name].get(cause, 1.0) for name in names)])
             for cause, size in causes.items()
@@ -79,7 +81,7 @@ def known_scores(causes, classes, *, fitted=np.inf, limits=None):
         return HeldOutSquares(np.full(N_KNOWN, (1.0 + sum(by_cause)) / N_KNOWN), (), ())
 
     known = {
-        names: left(names)
+        names: remaining_squares(names)
         for size in range(len(classes) + 1)
         for names in combinations(sorted(classes), size)
     }

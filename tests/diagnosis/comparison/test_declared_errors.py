@@ -45,17 +45,19 @@ def _linear_fit(columns, target):
 
 def _moved(columns, target, fit):
     """Root of the sum of squares of the moves by a gain of each channel."""
-    scores = STD * np.array([own.T @ signal for own, signal in zip(columns, target, strict=True)])
+    scores = STD * np.array(
+        [of_channel.T @ signal for of_channel, signal in zip(columns, target, strict=True)]
+    )
     return np.sqrt((_misread_moves(fit, scores) ** 2).sum(axis=0))
 
 
 def test_alike_channels_share_their_gains_and_a_channel_alone_has_its_own():
     rng = np.random.default_rng(1)
-    shared, own = rng.standard_normal((2, 300))
-    own -= own @ shared / (shared @ shared) * shared
+    shared, lone = rng.standard_normal((2, 300))
+    lone -= lone @ shared / (shared @ shared) * shared
     columns = np.zeros((5, 300, 2))
     columns[:4, :, 0] = shared
-    columns[4, :, 1] = own
+    columns[4, :, 1] = lone
     target = columns @ np.array([3.0, -2.0])
     fit = _linear_fit(columns, target)
     assert_allclose(_moved(columns, target, fit), [STD * 3.0 / np.sqrt(4), STD * 2.0], rtol=1e-9)
@@ -67,8 +69,8 @@ def test_a_held_parameter_does_not_move_and_leaves_the_others_more():
     columns[..., 1] += columns[..., 0]
     target = columns @ np.array([3.0, -2.0])
     fit = _linear_fit(columns, target)
-    held = replace(fit.parameters[1], lower=-2.0, upper=-2.0)
-    alone = replace(fit, parameters=(fit.parameters[0], held))
+    fixed = replace(fit.parameters[1], lower=-2.0, upper=-2.0)
+    alone = replace(fit, parameters=(fit.parameters[0], fixed))
     moved = _moved(columns, target, alone)
     assert moved[1] == 0.0
     first = columns[..., 0]
@@ -132,8 +134,8 @@ def test_powers_of_an_element_are_the_case_of_one_channel(force, deflection):
     misread = element_problem(replace(campaign, runs=runs))
     everything = np.ones(len(problem.segments), dtype=bool)
     scores = [
-        own.sums(effects, fit.theta, everything).full_right_side().sum(axis=0)
-        for own in (problem, misread)
+        compared.sums(effects, fit.theta, everything).full_right_side().sum(axis=0)
+        for compared in (problem, misread)
     ]
     moves = _misread_moves(fit, np.array([scores[1] - scores[0]]))[0]
     gains = DeclaredGains(force, deflection)

@@ -128,10 +128,10 @@ def test_a_users_threshold_of_a_carrier_is_found(monkeypatch):
     problem = carrier_problem(twin_campaign(extra=truth), CURVES)
     result = diagnose(problem, campaign="twin", kind="carrier")
     assert (result.verdict, result.attribution.effects) == ("named", ("my_effect",)), result.reason
-    own = result.attribution.parameters["my_effect"]
+    values = result.attribution.parameters["my_effect"]
     # Between its nodes, 36 kN m apart, the signal is interpolated.
-    assert abs(own["T_0"].value - OPENING) < 4.0 * own["T_0"].std + 5e3
-    assert abs(own["a"].value - WIDTH) < 4.0 * own["a"].std + 0.02 * WIDTH
+    assert abs(values["T_0"].value - OPENING) < 4.0 * values["T_0"].std + 5e3
+    assert abs(values["a"].value - WIDTH) < 4.0 * values["a"].std + 0.02 * WIDTH
 
 
 def test_three_laws_of_users_add_up_in_one_element(monkeypatch):

@@ -80,12 +80,12 @@ def test_a_mounting_is_compared_within_the_windows_alone():
     campaign = mounting_campaign()
     windows = ((20.0, 60.0), (80.0, 125.0))
     records = mounting_records(damaged(campaign, windows))
-    for record, whole in zip(records, mounting_records(campaign), strict=True):
+    for record, unrestricted in zip(records, mounting_records(campaign), strict=True):
         counted = np.isfinite(record.measured).all(axis=1)
         time = record.inputs.time
         inside = ((time >= 20.0) & (time <= 60.0)) | ((time >= 80.0) & (time <= 125.0))
         assert_array_equal(counted, inside)
-        assert_array_equal(record.measured[counted], whole.measured[counted])
+        assert_array_equal(record.measured[counted], unrestricted.measured[counted])
         per_block = [counted[record.block == block].sum() for block in range(record.n_blocks)]
         assert min(per_block) > 0.8 * max(per_block)
 
@@ -94,8 +94,8 @@ def test_bushings_are_identified_within_the_windows_alone():
     campaign = mounting_campaign(conditions=((3.0e5, 0.0, -1.0e5),))
     residuals = mounting_residuals(damaged(campaign, ((20.0, 60.0),)), LINEAR)
     inside = damaged(campaign, ((20.0, 60.0),)).runs[0].in_use
-    left = residuals(np.array([24.0e6, 1.4e5, 0.0])).reshape(-1, 6)
-    assert_array_equal((left != 0.0).any(axis=1), inside)
+    misfit = residuals(np.array([24.0e6, 1.4e5, 0.0])).reshape(-1, 6)
+    assert_array_equal((misfit != 0.0).any(axis=1), inside)
 
 
 def test_the_carriers_motion_is_identified_within_the_windows_alone():
@@ -116,9 +116,9 @@ def test_known_physics_is_a_prior_of_the_fit():
     free = fitted(element_problem(campaign))
     k = [parameter.name for parameter in free.parameters].index("K1")
     loose = fitted(element_problem(known_stiffness(campaign, 1e9)))
-    held = fitted(element_problem(known_stiffness(campaign, 0.0)))
+    fixed = fitted(element_problem(known_stiffness(campaign, 0.0)))
     assert_allclose(loose.theta, free.theta, rtol=1e-6)
-    assert held.theta[k] == 1.1 * STIFFNESS
+    assert fixed.theta[k] == 1.1 * STIFFNESS
     # Normal data beside a normal prior: the mean weighs both by their precisions.
     without_others = 1.0 / np.linalg.inv(free.sums.matrix.sum(axis=0))[k, k]
     variance = element_problem(campaign).noise[0]
@@ -207,8 +207,8 @@ def test_declared_noise_of_the_input_is_carried_to_the_channel():
     noisy = replace(campaign, runs=runs)
     declared = replace(noisy, inputs=(InputSignal("force", "N", noise_std=noise),))
     ratios = []
-    for own in (noisy, declared):
-        problem = element_problem(own)
+    for each in (noisy, declared):
+        problem = element_problem(each)
         ratios.append(fitted(problem).cost / problem.noise_square.sum())
     assert ratios[0] > 2.0
     assert ratios[1] == pytest.approx(1.0, abs=0.3)

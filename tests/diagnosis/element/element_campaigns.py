@@ -59,7 +59,7 @@ def driven_motions(law, amplitudes, seed, lines=range(1, 80, 2)):
     n_runs = len(amplitudes)
     seeds = [10 * seed + number for number in range(n_runs)]
     frequency = lines_of(seed, lines)[0]
-    phases = np.array([lines_of(own, lines)[1] for own in seeds])
+    phases = np.array([lines_of(seed_of_run, lines)[1] for seed_of_run in seeds])
     heights = np.array(amplitudes) * np.sqrt(2.0 / frequency.size)
 
     def rates(t, state):
@@ -108,13 +108,13 @@ def force_campaign(
     )
 
 
-def bouc_wen(q, length, *, exponent, beta, gamma, parts):
+def bouc_wen(q, length, *, exponent, beta, gamma, substeps):
     """State of a Bouc-Wen loop along a motion, each step of it in some parts."""
     z, states = 0.0, np.empty(q.size)
     for k in range(q.size):
         moved = (q[k] - q[k - 1]) / length if k else 0.0
-        for _ in range(parts):
-            z += moved / parts * (1.0 - abs(z) ** exponent * (beta * np.sign(moved * z) + gamma))
+        for _ in range(substeps):
+            z += moved / substeps * (1.0 - abs(z) ** exponent * (beta * np.sign(moved * z) + gamma))
         states[k] = z
     return states
 

@@ -74,21 +74,21 @@ def loops(monkeypatch):
     """Floors that a smooth loop and a rising curve leave, by the class beside them."""
     known = {}
 
-    def left_by_loop(own, beside, *, is_curve=False):
-        floors = known[beside][is_curve] if beside in known else own.scores.of(()).total
+    def left_by_loop(element, partner, *, is_curve=False):
+        floors = known[partner][is_curve] if partner in known else element.scores.of(()).total
         return HeldOutSquares(
-            np.full(own.table.floor.size, floors / own.table.floor.size), (), ()
+            np.full(element.table.floor.size, floors / element.table.floor.size), (), ()
         ), None
 
     monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: own)
+    monkeypatch.setattr(answers, "_with_loop", lambda model, element, loop: element)
     return known
 
 
 def answered(records, causes, classes, *, model=MOVED, noise_note="", **known):
     """Answer of an element whose classes have no shape."""
-    own = toy_element(records, causes, classes, **known)
-    return answer_of_table(own, model, noise_note, lambda table: lambda *_: (None, None))
+    element = toy_element(records, causes, classes, **known)
+    return answer_of_table(element, model, noise_note, lambda table: lambda *_: (None, None))
 
 
 @pytest.mark.parametrize(
@@ -204,10 +204,10 @@ def test_beside_a_sweep_a_change_with_time_silences_what_it_beats_and_a_steady_d
     assert (result.note, result.experiment) == (DRIVE_CHANGES, STEADY)
 
 
-@pytest.mark.parametrize(("left", "state"), [(0.1, NAMED_CLASS), (0.4, LEADING_CLASS)])
-def test_an_answer_that_all_classes_together_beat_by_a_second_cause_is_not_named(left, state):
-    causes, classes = {"spring": 100.0}, {"restoring_force": {"spring": left}}
-    within, beyond = {"spring": left - 0.02}, {"spring": left - 0.03}
+@pytest.mark.parametrize(("remaining", "state"), [(0.1, NAMED_CLASS), (0.4, LEADING_CLASS)])
+def test_an_answer_that_all_classes_together_beat_by_a_second_cause_is_not_named(remaining, state):
+    causes, classes = {"spring": 100.0}, {"restoring_force": {"spring": remaining}}
+    within, beyond = {"spring": remaining - 0.02}, {"spring": remaining - 0.03}
     result = answered(WIDE_BAND, causes, classes, union=within)
     assert (result.state, result.ids, result.experiment) == (state, ("restoring_force",), "")
     result = answered(WIDE_BAND, causes, classes, union=beyond)
@@ -295,23 +295,23 @@ def test_without_a_delay_the_table_stays_as_it_is(monkeypatch):
 def test_a_second_cause_beside_a_smooth_loop_is_named_where_many_frequencies_drive(loops):
     # Spring and friction leave 16 floors of 160, the loop 9, with friction beside it the noise.
     classes = {"restoring_force": {"spring": 0.1}, "dissipation": {"friction": 0.1}}
-    whole = {"spring": 0.1, "friction": 0.1}
+    union = {"spring": 0.1, "friction": 0.1}
     loops.update({"": (9.0, 99.0), "dissipation": (1.0, 99.0)})
-    result = answered(WIDE_BAND, TWO_CAUSES, classes, model=FORCED, union=whole)
+    result = answered(WIDE_BAND, TWO_CAUSES, classes, model=FORCED, union=union)
     assert (result.state, result.ids) == (NAMED_CLASS, ("dissipation", "hysteresis"))
-    result = answered(ONE_FREQUENCY, TWO_CAUSES, classes, model=FORCED, union=whole)
+    result = answered(ONE_FREQUENCY, TWO_CAUSES, classes, model=FORCED, union=union)
     assert (result.state, result.ids, result.experiment) == (NAMED_CLASS, ("hysteresis",), "")
 
 
 def test_a_loop_is_held_against_a_class_that_the_drive_mixes_with_others(loops):
     # After a release a memory is one spring and one damper: it explains all, and is not told.
     creep = {"memory": {"creep": 0.0}, "restoring_force": {"creep": 0.15}}
-    left = {"creep": 0.14}
+    union = {"creep": 0.14}
     loops[""] = (4.0, 99.0)
-    result = answered(DECAYS, {"creep": 100.0}, creep, model=RELEASED, union=left)
+    result = answered(DECAYS, {"creep": 100.0}, creep, model=RELEASED, union=union)
     assert (result.state, result.best) == (NO_CLASS, ("restoring_force",))
     apart = {**creep, "memory": {"creep": 0.07}}
-    result = answered(DECAYS, {"creep": 100.0}, apart, model=RELEASED, union=left)
+    result = answered(DECAYS, {"creep": 100.0}, apart, model=RELEASED, union=union)
     assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
 
 
@@ -321,26 +321,28 @@ def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_sha
     loops[""] = (1.0, 99.0)
     drawn = []
     looped = toy_element(WIDE_BAND, {"spring": 100.0}, LOOP)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: looped)
+    monkeypatch.setattr(answers, "_with_loop", lambda model, given, loop: looped)
 
     def shape_of(table):
         drawn.append(table)
         return lambda *_: (None, None)
 
-    own = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.1}})
-    result = answer_of_table(own, FORCED, "", shape_of)
+    element = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.1}})
+    result = answer_of_table(element, FORCED, "", shape_of)
     assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
     assert drawn == [looped]
     # One beside which nothing is missing is not.
-    left = {"spring": 0.1}
-    whole = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": left}, union=left)
-    result = answer_of_table(whole, FORCED, "", shape_of)
-    assert (result.ids, drawn) == (("restoring_force",), [looped, whole])
+    remaining = {"spring": 0.1}
+    complete = toy_element(
+        WIDE_BAND, {"spring": 100.0}, {"restoring_force": remaining}, union=remaining
+    )
+    result = answer_of_table(complete, FORCED, "", shape_of)
+    assert (result.ids, drawn) == (("restoring_force",), [looped, complete])
 
 
-def ties_of(classes, *, causes=None, law="dahl_friction", left=0.0):
+def ties_of(classes, *, causes=None, law="dahl_friction", remaining=0.0):
     """Ties of an answer beside a loop of which a law leaves a share."""
-    laws = {"hysteresis": (law, {"loop": left})}
+    laws = {"hysteresis": (law, {"loop": remaining})}
     result = answered(WIDE_BAND, causes or {"loop": 100.0}, classes, laws=laws)
     assert result.state == NAMED_CLASS
     return result.ids, result.ties

@@ -75,9 +75,9 @@ def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_lea
     monkeypatch.setattr(element_table, "_LONG", 0)
     single = table_of(problem.model, table, table.scores.constants)
     for name in ("dissipation", "hysteresis", "restoring_force"):
-        left = [one.scores.of((name,)).total for one in (table, single)]
-        assert left[1] == pytest.approx(left[0], rel=1e-5)
-        assert left[1] != left[0]
+        remaining = [one.scores.of((name,)).total for one in (table, single)]
+        assert remaining[1] == pytest.approx(remaining[0], rel=1e-5)
+        assert remaining[1] != remaining[0]
 
 
 def test_friction_by_no_law_is_dissipation():
@@ -165,26 +165,28 @@ def test_two_relaxing_springs_are_one_memory():
 
 def test_what_one_fold_alone_visits_does_not_count():
     problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
-    own = force_records(problem.model, problem.records, problem.noise)
-    peak = max(range(len(own)), key=lambda k: own[k].x[own[k].counts].max())
-    place = np.flatnonzero(own[peak].counts)[np.argmax(own[peak].x[own[peak].counts])]
-    kept = where_folds_overlap(own, 4)
-    assert kept[peak].block[place] == -1
+    unfiltered = force_records(problem.model, problem.records, problem.noise)
+    peak = max(range(len(unfiltered)), key=lambda k: unfiltered[k].x[unfiltered[k].counts].max())
+    sample = np.flatnonzero(unfiltered[peak].counts)[
+        np.argmax(unfiltered[peak].x[unfiltered[peak].counts])
+    ]
+    overlapping = where_folds_overlap(unfiltered, 4)
+    assert overlapping[peak].block[sample] == -1
     # Every end that is left is visited by two folds at least.
-    folds = [fold_of(record, number, 4) for number, record in enumerate(kept)]
+    folds = [fold_of(record, number, 4) for number, record in enumerate(overlapping)]
     for name, end in (("x", np.max), ("x", np.min), ("v", np.max), ("v", np.min)):
         ends = [
             end(
                 np.concatenate(
-                    [getattr(r, name)[of == k] for r, of in zip(kept, folds, strict=True)]
+                    [getattr(r, name)[of == k] for r, of in zip(overlapping, folds, strict=True)]
                 )
             )
             for k in range(4)
         ]
         second = sorted(ends, key=abs)[-2]
-        before = [getattr(r, name)[r.counts] for r in own]
+        before = [getattr(r, name)[r.counts] for r in unfiltered]
         assert abs(second) > 0.5 * abs(end(np.concatenate(before)))
-    assert sum(r.counts.sum() for r in kept) > 0.95 * sum(r.counts.sum() for r in own)
+    assert sum(r.counts.sum() for r in overlapping) > 0.95 * sum(r.counts.sum() for r in unfiltered)
 
 
 @pytest.mark.long
@@ -194,13 +196,13 @@ def test_motion_under_a_force_holds_the_lines_that_noise_does_not_make():
     problem = element_problem(noisy)
     record = with_all_lines(problem.model, problem.records[2])
     assert record.flat_hz > 1.2 * problem.records[2].flat_hz
-    own = force_records(problem.model, [record], problem.noise[2:])[0]
-    inner = own.counts
+    force_record = force_records(problem.model, [record], problem.noise[2:])[0]
+    inner = force_record.counts
     true = element_problem(clean).records[2].motion[1][inner]
     measured = record.motion[1][inner]
     # The nearest speed is nearer than what was measured, and its error is the one that is told.
-    assert np.std(own.v[inner] - true) < np.std(measured - true)
-    assert np.std(own.v[inner] - true) == pytest.approx(own.speed_error, rel=0.5)
+    assert np.std(force_record.v[inner] - true) < np.std(measured - true)
+    assert np.std(force_record.v[inner] - true) == pytest.approx(force_record.speed_error, rel=0.5)
 
 
 def test_damping_that_depends_on_deflection_is_coupled():
@@ -359,8 +361,8 @@ def sweep_campaign(law):
             return 30.0 * np.sin(2.0 * np.pi * first * np.expm1(rate * t) / rate)
 
         def slope(t, y, force=force):
-            own = force(t) - STIFFNESS * y[0] - DAMPING * y[1] - law(y[0], y[1])
-            return [y[1], own / MASS]
+            net_force = force(t) - STIFFNESS * y[0] - DAMPING * y[1] - law(y[0], y[1])
+            return [y[1], net_force / MASS]
 
         fine = solve_ivp(slope, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-8, atol=1e-12)
         q = fine.y[0] + 2e-5 * rng.standard_normal(time.size)
@@ -372,16 +374,14 @@ def sweep_campaign(law):
 @pytest.mark.long
 def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
     problem = element_problem(sweep_campaign(lambda q, v: 40.0 * v * np.abs(v)))
-    kept = force_records(problem.model, problem.records, problem.noise)
-    for record in kept:
+    records = force_records(problem.model, problem.records, problem.noise)
+    for record in records:
         assert record.band_hz < 50.0
         # What counts goes through the resonance, and ends before the band does.
         rate = np.log(30.0) / record.record.step / record.x.size
-        place = np.flatnonzero(record.counts) * record.step
+        time = np.flatnonzero(record.counts) * record.step
         at = (
-            2.0 * np.exp(rate * place)
-            if record.record.name == "R0"
-            else 60.0 * np.exp(-rate * place)
+            2.0 * np.exp(rate * time) if record.record.name == "R0" else 60.0 * np.exp(-rate * time)
         )
         assert at.min() < 8.0
         assert 12.0 < at.max() < 1.2 * record.band_hz
@@ -392,17 +392,17 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
 
 def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does():
     problem = element_problem(force_campaign(no_law))
-    own = force_records(problem.model, problem.records, problem.noise)[0]
-    speed = float(np.abs(own.v).max())
-    assert_array_equal(while_sliding(own, 1e-6 * speed).counts, own.counts)
+    record = force_records(problem.model, problem.records, problem.noise)[0]
+    speed = float(np.abs(record.v).max())
+    assert_array_equal(while_sliding(record, 1e-6 * speed).counts, record.counts)
     still = slice(500, 600)
-    v = own.v.copy()
+    v = record.v.copy()
     v[still] = 0.0
-    kept = while_sliding(replace(own, v=v), 1e-6 * speed)
-    assert not kept.counts[still].any()
-    assert_array_equal(np.delete(kept.counts, still), np.delete(own.counts, still))
+    sliding = while_sliding(replace(record, v=v), 1e-6 * speed)
+    assert not sliding.counts[still].any()
+    assert_array_equal(np.delete(sliding.counts, still), np.delete(record.counts, still))
     for still in ({"v": 0.0 * v}, {"v": 0.0 * v, "a": 0.0 * v}):
-        assert while_sliding(replace(own, **still), 1e-6 * speed) is None
+        assert while_sliding(replace(record, **still), 1e-6 * speed) is None
 
 
 @pytest.mark.parametrize(("drop", "law"), [(0.8, "backlash"), (-0.8, "cubic_stiffness")])

@@ -42,14 +42,14 @@ TWINS = {
 }
 
 
-def class_answer_of(beside, steps):
-    campaign_of, law = TWINS[beside]
+def class_answer_of(class_id, steps):
+    campaign_of, law = TWINS[class_id]
     return element_problem(late(campaign_of(law), steps * STEP)).class_answer()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("beside", "steps"),
+    ("class_id", "steps"),
     [
         ("dissipation", 0.5),
         ("dissipation", 2.0),
@@ -57,9 +57,9 @@ def class_answer_of(beside, steps):
         ("restoring_force", 1.0),
     ],
 )
-def test_a_late_channel_beside_a_law_is_told_from_another_cause(beside, steps):
-    result = class_answer_of(beside, steps)
-    assert (result.state, set(result.ids)) == (NAMED_CLASS, {"delay", beside})
+def test_a_late_channel_beside_a_law_is_told_from_another_cause(class_id, steps):
+    result = class_answer_of(class_id, steps)
+    assert (result.state, set(result.ids)) == (NAMED_CLASS, {"delay", class_id})
     assert result.share > 0.998
 
 

@@ -115,10 +115,10 @@ def test_motions_of_several_parameter_sets_together_are_those_of_each_alone():
     # In two stretches, the second of which begins where the first ended.
     half = 2 * substeps * (n // 2)
     stretches = [
-        smooth_motions(part, drive, state, substeps, p, limits, np.empty((3, 0)))
-        for part in (fines[: half + 1].copy(), fines[half:].copy())
+        smooth_motions(stretch, drive, state, substeps, p, limits, np.empty((3, 0)))
+        for stretch in (fines[: half + 1].copy(), fines[half:].copy())
     ]
-    q, v = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
+    q, v = (np.concatenate(pieces) for pieces in zip(*stretches, strict=True))
     assert np.isfinite(q[:, :-1]).all()
     assert not np.isfinite(q[-1, -1])
     for k in range(len(sets)):

@@ -13,7 +13,7 @@ from tests.diagnosis.classes.toy_table import N_KNOWN
 from tests.diagnosis.element.toy_element import ToyScores, decay, multisine, toy_element
 
 #: Floors that the baseline leaves: one of noise, and a cause of which its class leaves a tenth.
-LEFT = 101.0
+BASELINE_FLOORS = 101.0
 LEFT_BY_CLASS = 11.0
 IN_ONE_BLOCK = np.where(np.arange(N_KNOWN) == 3, N_KNOWN, 0.0)
 DRIVEN = [multisine(level) for level in (1.0, 2.0, 4.0)]
@@ -23,15 +23,17 @@ RELEASED = [decay(level) for level in (1.0, 2.0)]
 def state(force, *, cause="restoring_force", runs=DRIVEN, gap=None, states=()):
     """State of the answer where the force has some square in floors, in all or by block."""
     records = [
-        replace(own, record=SimpleNamespace(drive=own.record.drive, gap=gap)) for own in runs
+        replace(run, record=SimpleNamespace(drive=run.record.drive, gap=gap)) for run in runs
     ]
-    left = {"cause": 0.1}
-    own = toy_element(records, {"cause": LEFT - 1.0}, {cause: left}, union=left, force=force)
+    remaining = {"cause": 0.1}
+    element = toy_element(
+        records, {"cause": BASELINE_FLOORS - 1.0}, {cause: remaining}, union=remaining, force=force
+    )
     model = SimpleNamespace(by_force=True, states=states, cards={})
-    told = answer_of_table(own, model, "", lambda table: lambda *_: (None, None))
-    assert bool(told.classes) == (told.state == NAMED_CLASS)
-    assert ("more than no force at all" in told.note) == (told.state == NOT_VISIBLE)
-    return told.state
+    answer = answer_of_table(element, model, "", lambda table: lambda *_: (None, None))
+    assert bool(answer.classes) == (answer.state == NAMED_CLASS)
+    assert ("more than no force at all" in answer.note) == (answer.state == NOT_VISIBLE)
+    return answer.state
 
 
 @pytest.fixture
@@ -39,8 +41,8 @@ def without_motion(monkeypatch):
     """Sets the floors that a function of the drive leaves of the force beside no motion."""
 
     def set_floors(floors):
-        held = HeldOutSquares(np.full(N_KNOWN, floors / N_KNOWN), (), ())
-        still = SimpleNamespace(of=lambda classes: held if classes == ("drive_side",) else None)
+        squares = HeldOutSquares(np.full(N_KNOWN, floors / N_KNOWN), (), ())
+        still = SimpleNamespace(of=lambda classes: squares if classes == ("drive_side",) else None)
         monkeypatch.setattr(ToyScores, "without_baseline", still)
 
     return set_floors
@@ -49,12 +51,12 @@ def without_motion(monkeypatch):
 @pytest.mark.parametrize(
     ("force", "expected"),
     [
-        (0.4 * LEFT, NOT_VISIBLE),
+        (0.4 * BASELINE_FLOORS, NOT_VISIBLE),
         # As much as no force at all.
-        (LEFT, NOT_VISIBLE),
+        (BASELINE_FLOORS, NOT_VISIBLE),
         # A law may hold most of the force, or one level alone may move.
-        (1.1 * LEFT, NAMED_CLASS),
-        (0.9 * LEFT + 0.2 * LEFT * IN_ONE_BLOCK, NAMED_CLASS),
+        (1.1 * BASELINE_FLOORS, NAMED_CLASS),
+        (0.9 * BASELINE_FLOORS + 0.2 * BASELINE_FLOORS * IN_ONE_BLOCK, NAMED_CLASS),
     ],
 )
 def test_a_baseline_that_leaves_more_than_no_force_at_all_is_no_element(force, expected):
@@ -69,14 +71,14 @@ def test_where_little_of_the_drive_arrives_the_motion_shows_beside_the_drive_sid
     floors, expected, without_motion
 ):
     without_motion(floors)
-    assert state(LEFT, cause="drive_side") == expected
+    assert state(BASELINE_FLOORS, cause="drive_side") == expected
 
 
 def test_after_a_release_there_is_no_drive_side(without_motion):
     without_motion(1e3)
-    assert state(LEFT, cause="drive_side") == NAMED_CLASS
-    assert state(LEFT, runs=RELEASED, states={"R0": (1e-3, 0.0)}) == NOT_VISIBLE
+    assert state(BASELINE_FLOORS, cause="drive_side") == NAMED_CLASS
+    assert state(BASELINE_FLOORS, runs=RELEASED, states={"R0": (1e-3, 0.0)}) == NOT_VISIBLE
 
 
 def test_the_gap_of_another_simulator_is_none_of_its_baseline_to_explain():
-    assert state(LEFT, gap=np.zeros(1)) == NAMED_CLASS
+    assert state(BASELINE_FLOORS, gap=np.zeros(1)) == NAMED_CLASS

@@ -55,16 +55,16 @@ def stop(**forces):
 BRANCH = replace(NO_PARTS, branches=np.array([[TAU, STIFFNESS]]))
 
 
-def force_of(q, parts, step=1e-3, **values):
-    flat = np.append(element_values({"m": 0.0, **values}), flat_parts(parts))
+def force_of(q, memory, step=1e-3, **values):
+    flat = np.append(element_values({"m": 0.0, **values}), flat_parts(memory))
     still, limits = np.zeros(q.size), np.array([step, 1.0])
     laws = (no_law, no_law, NONE, NONE)
     return restoring_force(q, still, still, flat, limits, *laws)
 
 
-def motion_of(drive, parts, **values):
+def motion_of(drive, memory, **values):
     values = {"m": 2.0, "K1": 8e3, "C1": 12.0, **values}
-    flat = np.append(element_values(values), flat_parts(parts))
+    flat = np.append(element_values(values), flat_parts(memory))
     limits, start = np.array([1e-3, 1.0]), np.zeros(2)
     laws = (no_law, no_law, NONE, NONE)
     return driven_motion(drive, start, 1, flat, limits, *laws)
@@ -81,16 +81,16 @@ def drive(n=4000):
 
 
 @pytest.mark.parametrize(
-    ("parts", "effect"),
+    ("memory", "effect"),
     [
         (stop(slip=SLIP), {"Kp": STIFFNESS, "Fy": SLIP}),
         (BRANCH, {"k": STIFFNESS, "tau": TAU}),
     ],
 )
-def test_one_part_is_the_effect_of_the_library(parts, effect):
+def test_one_part_is_the_effect_of_the_library(memory, effect):
     q = loop()
-    assert_allclose(force_of(q, parts), force_of(q, NO_PARTS, **effect), atol=1e-10)
-    result, expected = motion_of(drive(), parts), motion_of(drive(), NO_PARTS, **effect)
+    assert_allclose(force_of(q, memory), force_of(q, NO_PARTS, **effect), atol=1e-10)
+    result, expected = motion_of(drive(), memory), motion_of(drive(), NO_PARTS, **effect)
     # Of a branch the library integrates the rate, the part is exact along a straight motion.
     assert_allclose(result[0], expected[0], atol=2e-3 * np.abs(expected[0]).max())
     assert np.abs(expected[0] - motion_of(drive(), NO_PARTS)[0]).max() > 1e-4
@@ -117,15 +117,15 @@ def test_a_stop_differs_from_side_to_side_and_in_the_middle():
 def test_the_size_scales_forces_and_no_deflection():
     law = lasting(parts=(Stop(ELEMENT, SLIP / STIFFNESS, SLIP, half_range=1e-3),))
     other = lasting(effect_class="memory", parts=(Branch(ELEMENT, TAU, STIFFNESS),))
-    parts = joined_parts([(memory_parts(law), 2.0), (memory_parts(other), 3.0)])
+    joined = joined_parts([(memory_parts(law), 2.0), (memory_parts(other), 3.0)])
     q = loop()
     expected = 2.0 * force_of(q, stop(slip=SLIP)) + 3.0 * force_of(q, BRANCH)
-    assert_allclose(force_of(q, parts), expected, rtol=1e-12, atol=1e-12)
+    assert_allclose(force_of(q, joined), expected, rtol=1e-12, atol=1e-12)
 
 
 def smooth_loop(q, v):
     """Bouc-Wen loop, whose turns are round: no law of the library."""
-    return 6.0 * bouc_wen(q, 3e-4, exponent=1.5, beta=0.8, gamma=0.2, parts=4)
+    return 6.0 * bouc_wen(q, 3e-4, exponent=1.5, beta=0.8, gamma=0.2, substeps=4)
 
 
 def rubber(q, v):
@@ -138,7 +138,7 @@ def rubber(q, v):
     return force
 
 
-def kept(campaign, path):
+def saved_law(campaign, path):
     """Law of a campaign's class after a turn through its file."""
     write_law(path, law_of_answer(element_problem(campaign).class_answer(), "twin"))
     return read_law(path)
@@ -147,7 +147,7 @@ def kept(campaign, path):
 @pytest.mark.long
 @pytest.mark.parametrize(("cause", "name"), [(smooth_loop, "hysteresis"), (rubber, "memory")])
 def test_a_saved_law_with_a_memory_explains_its_class_on_new_records(cause, name, tmp_path):
-    law = kept(displacement_campaign(cause, n=3000, seed=0), tmp_path / "law.toml")
+    law = saved_law(displacement_campaign(cause, n=3000, seed=0), tmp_path / "law.toml")
     assert (law.effect_class, law.units) == (name, UNITS)
     problem = element_problem(displacement_campaign(cause, n=3000, seed=7), (law,))
     answer = problem.class_answer()
@@ -169,7 +169,7 @@ def test_a_saved_law_with_a_memory_explains_its_class_on_new_records(cause, name
 )
 def test_it_moves_in_the_simulator_as_the_rig_does(number, cause, ratio, drive, tmp_path):
     plan = CasePlan("element", number, 8123, SINGLE, (cause,), ratio, drive)
-    law = kept(case_campaign(plan)[0], tmp_path / "law.toml")
+    law = saved_law(case_campaign(plan)[0], tmp_path / "law.toml")
     problem = element_problem(case_campaign(plan, repeat=1)[0], (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share
     assert fit_effects(problem, (law.name,)).theta[-1] == pytest.approx(1.0, abs=0.05)

@@ -70,10 +70,10 @@ def test_the_ends_of_a_record_do_not_count_as_a_gap():
         inertia = 20.0 * np.gradient(np.gradient(q, step), step)
         runs.append(replace(run, signals={"F": run.signals["F"] + inertia}))
     problem = element_problem(replace(campaign, runs=tuple(runs)))
-    left = fit_effects(problem, ()).sums.square / problem.cell_counts.sum(axis=1)
-    places = np.array([segment.block for segment in problem.segments])
-    last = left[places == places.max()].mean()
-    assert last < 4.0 * np.median(left)
+    per_cell = fit_effects(problem, ()).sums.square / problem.cell_counts.sum(axis=1)
+    blocks = np.array([segment.block for segment in problem.segments])
+    last = per_cell[blocks == blocks.max()].mean()
+    assert last < 4.0 * np.median(per_cell)
 
 
 def test_a_long_gap_in_a_record_leaves_the_other_blocks():
@@ -104,8 +104,8 @@ def test_the_baseline_follows_sines_above_its_resonance():
     """A blind check's case with nothing missing whose every start ran away."""
     plan = CasePlan("element", 165, 303, NOTHING, (), 0.0, "sines")
     problem, _ = problem_of(case_campaign(plan)[0], None)
-    left = mean_square_left(problem, fit_effects(problem, ()))
-    assert left < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()
+    mean_square = mean_square_left(problem, fit_effects(problem, ()))
+    assert mean_square < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()
 
 
 def test_a_baseline_damped_far_beyond_critical_is_found():

@@ -58,11 +58,11 @@ def r_squared(campaign):
     """Share of the unexplained force that each law fits beside the baseline."""
     table = element_problem(campaign).gram_table()
     base, gram = table.base, table.total
-    left = gram - gram[:, base] @ np.linalg.solve(gram[np.ix_(base, base)], gram[base])
+    projected = gram - gram[:, base] @ np.linalg.solve(gram[np.ix_(base, base)], gram[base])
 
     def share(columns):
-        force, law = left[0, columns], left[np.ix_(columns, columns)]
-        return float(force @ np.linalg.lstsq(law, force, rcond=None)[0] / left[0, 0])
+        force, law = projected[0, columns], projected[np.ix_(columns, columns)]
+        return float(force @ np.linalg.lstsq(law, force, rcond=None)[0] / projected[0, 0])
 
     return {name: max(map(share, law.variants)) for name, law in table.library.items()}
 
@@ -116,7 +116,7 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
     result = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
     # Real friction: its class is named, Coulomb's law the nearest (97 % of the class) or named.
     assert result.verdict in ("named", "named_with_remainder", "aliased", "class_named")
-    assert [(own.id, own.law) for own in result.classes.classes] == [
+    assert [(entry.id, entry.law) for entry in result.classes.classes] == [
         ("dissipation", "coulomb_friction")
     ]
     assert result.attribution.effects in ((), ("coulomb_friction",))
@@ -142,7 +142,7 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
 def test_the_class_of_a_measured_cause(name, convert, expected, least_share, tmp_path):
     campaign = convert(folder(name), out=tmp_path / "campaign")
     result = element_problem(read_campaign(campaign)).class_answer()
-    named = [(own.id, own.law, own.law_named) for own in result.classes]
+    named = [(entry.id, entry.law, entry.law_named) for entry in result.classes]
     assert named == ([] if expected is None else [expected])
     assert not result.ties
     assert result.share >= least_share or not named

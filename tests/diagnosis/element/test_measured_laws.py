@@ -118,7 +118,7 @@ def answer_of(*names, state=NAMED_CLASS):
 
 
 @pytest.mark.parametrize(
-    ("answer", "wanted", "told"),
+    ("answer", "wanted", "message"),
     [
         (answer_of(state=NOTHING), None, "answer by class is 'nothing'"),
         (answer_of("delay", "dissipation"), None, "class 'delay' cannot be saved as a law"),
@@ -128,8 +128,8 @@ def answer_of(*names, state=NAMED_CLASS):
         (answer_of("restoring_force"), None, "was named by its law backlash, not by its shape"),
     ],
 )
-def test_what_is_no_table_is_refused_by_name(answer, wanted, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_is_no_table_is_refused_by_name(answer, wanted, message):
+    with pytest.raises(ValueError, match=message):
         law_of_answer(answer, "twin", wanted)
 
 

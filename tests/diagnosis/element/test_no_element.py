@@ -34,7 +34,7 @@ def test_a_drive_of_which_little_arrives_is_a_drive_side():
     plan = case_plans("element", full_size("element"), 13025)[107]
     assert (plan.effects, plan.drive) == (("saturation",), "sines")
     result = element_problem(case_campaign(plan)[0]).class_answer()
-    assert (result.state, [own.id for own in result.classes]) == (NAMED_CLASS, ["drive_side"])
+    assert (result.state, [entry.id for entry in result.classes]) == (NAMED_CLASS, ["drive_side"])
 
 
 def test_an_element_under_much_noise_is_seen():

@@ -34,7 +34,7 @@ def test_a_saved_law_leaves_what_is_told(cause, tmp_path):
     write_campaign(displacement_campaign(cause), tmp_path / "campaign")
     law = tmp_path / "law.toml"
     options = {"report": False, "quiet": True}
-    told = diagnose_campaign.main(
+    first = diagnose_campaign.main(
         tmp_path / "campaign", out=tmp_path / "first", save_law=law, **options
     )
     again = diagnose_campaign.main(
@@ -45,7 +45,7 @@ def test_a_saved_law_leaves_what_is_told(cause, tmp_path):
         for entry in again.attribution.ranking
         if "dissipation" in entry.effects[0]
     }
-    assert list(leaves.values()) == pytest.approx([told.reduction.rms_after], rel=0.02)
+    assert list(leaves.values()) == pytest.approx([first.reduction.rms_after], rel=0.02)
 
 
 @pytest.mark.parametrize(("size", "falling"), [(50.0, 0.0), (20.0, 0.4)])
@@ -112,9 +112,9 @@ def test_a_named_law_is_written_as_its_equation():
 def test_a_baseline_that_predicts_worse_than_no_motion_is_no_gap():
     levels = (0.5e-3, 1e-3, 8e-3)
     campaign = displacement_campaign(friction(40.0), amplitudes=levels)
-    told = diagnose(element_problem(campaign), campaign=campaign.name, kind="element")
+    diagnosis = diagnose(element_problem(campaign), campaign=campaign.name, kind="element")
     signal = np.concatenate([run.signals["F"] for run in campaign.runs]).std()
-    assert told.reduction.rms_before <= signal
+    assert diagnosis.reduction.rms_before <= signal
 
 
 @pytest.mark.parametrize("spring", [0.0, 12.0, -40.0])

@@ -41,18 +41,18 @@ def answered(law):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("law", "state", "found"),
+    ("law", "state", "classes"),
     [
         (dry, NAMED_CLASS, ["dissipation"]),
         (hard, NAMED_CLASS, ["restoring_force"]),
         (nothing, NOTHING, []),
     ],
 )
-def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
+def test_a_line_that_changes_with_the_level_shows_the_class(law, state, classes):
     # A force of the deflection changes the stiffness with the level, one of the speed the damping.
     problem, answer = answered(law)
     assert answer.state == state
-    assert [own.id for own in answer.classes] == found
+    assert [entry.id for entry in answer.classes] == classes
     # Noise leaves no harmonic of the lowest level, and its line is compared all the same.
     lowest = problem.class_table.records[0]
     line_hz = LINE / (PERIOD * STEP)

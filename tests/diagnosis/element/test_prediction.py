@@ -21,7 +21,7 @@ def cubic(q, v):
     return 2e9 * q**3
 
 
-def beside(measured, predicted, effects=()):
+def with_predictions(measured, predicted, effects=()):
     """Campaign whose baseline is what another campaign measured."""
     (channel,) = measured.channels
     runs = tuple(
@@ -31,7 +31,7 @@ def beside(measured, predicted, effects=()):
     return replace(measured, baseline=Baseline("columns", effects), runs=runs)
 
 
-def found(campaign):
+def diagnosis_of(campaign):
     problem, measured = problem_of(campaign)
     return diagnose(problem, campaign="twin", kind="element", floor_is_measured=measured)
 
@@ -39,17 +39,17 @@ def found(campaign):
 @pytest.mark.long
 @pytest.mark.parametrize("make", [force_campaign, displacement_campaign])
 def test_what_the_prediction_lacks_is_named(make):
-    own = found(beside(make(cubic), make(no_law, noise=1e-12)))
-    assert own.verdict in ("named", "named_with_remainder")
-    assert own.attribution.effects == ("cubic_stiffness",)
-    assert_allclose(own.attribution.parameters["cubic_stiffness"]["K3"].value, 2e9, rtol=0.02)
+    diagnosis = diagnosis_of(with_predictions(make(cubic), make(no_law, noise=1e-12)))
+    assert diagnosis.verdict in ("named", "named_with_remainder")
+    assert diagnosis.attribution.effects == ("cubic_stiffness",)
+    assert_allclose(diagnosis.attribution.parameters["cubic_stiffness"]["K3"].value, 2e9, rtol=0.02)
     # The prediction's own stiffness is held, not fitted to the measurement.
-    assert_allclose(own.attribution.parameters["baseline"]["K1"].value, STIFFNESS, rtol=1e-3)
+    assert_allclose(diagnosis.attribution.parameters["baseline"]["K1"].value, STIFFNESS, rtol=1e-3)
 
 
 def test_a_prediction_in_millimetres_whose_fit_runs_away_is_refused_with_its_size():
     measured = force_campaign(no_law)
-    campaign = beside(measured, measured)
+    campaign = with_predictions(measured, measured)
     runs = tuple(
         replace(run, predictions={"q": 1e3 * run.predictions["q"]}) for run in campaign.runs
     )
@@ -60,13 +60,13 @@ def test_a_prediction_in_millimetres_whose_fit_runs_away_is_refused_with_its_siz
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = displacement_campaign(cubic), displacement_campaign(no_law, noise=1e-12)
-    problem, _ = problem_of(beside(measured, predicted))
+    problem, _ = problem_of(with_predictions(measured, predicted))
     theta = np.array([parameter.lower for parameter in problem.parameters(())])
     squares = problem.squares((), theta, np.ones(len(problem.segments), dtype=bool))
     inside = [record.block >= 0 for record in problem.records]
     expected = sum(
-        float(np.square((run.signals["F"] - other.signals["F"])[own]).sum())
-        for run, other, own in zip(measured.runs, predicted.runs, inside, strict=True)
+        float(np.square((run.signals["F"] - other.signals["F"])[is_inside]).sum())
+        for run, other, is_inside in zip(measured.runs, predicted.runs, inside, strict=True)
     )
     assert_allclose(squares.sum(), expected, rtol=1e-6)
     chosen = np.arange(len(problem.segments)) % 2 == 0
@@ -75,15 +75,17 @@ def test_the_gap_is_measured_less_predicted():
 
 @pytest.mark.long
 def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
-    own = found(
-        beside(force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",))
+    diagnosis = diagnosis_of(
+        with_predictions(
+            force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",)
+        )
     )
-    assert own.verdict == "at_noise_floor"
-    assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
+    assert diagnosis.verdict == "at_noise_floor"
+    assert all("cubic_stiffness" not in ranked.effects for ranked in diagnosis.attribution.ranking)
 
 
 def test_an_empty_prediction_is_refused():
-    campaign = beside(force_campaign(cubic), force_campaign(no_law))
+    campaign = with_predictions(force_campaign(cubic), force_campaign(no_law))
     first, *others = campaign.runs
     empty = replace(first, predictions={"q": np.full(first.time.size, np.nan)})
     with pytest.raises(ValueError, match="run R0: column 'q_sim' is empty; expected a prediction"):

@@ -13,7 +13,7 @@ from carrierflex.diagnosis.element.problem import element_problem
 from .element_campaigns import DAMPING, MASS, PERIOD, STEP, STIFFNESS, force_campaign, no_law
 
 
-def told(campaign):
+def diagnosis_of(campaign):
     problem = element_problem(campaign)
     return diagnose(
         problem,
@@ -44,7 +44,7 @@ def changing(campaign, hz):
 
 @pytest.mark.parametrize("hz", [3.7, 7.3])
 def test_a_stiffness_that_changes_fast_is_no_noise(hz):
-    diagnosis = told(changing(force_campaign(no_law, declared=False), hz))
+    diagnosis = diagnosis_of(changing(force_campaign(no_law, declared=False), hz))
     assert (diagnosis.verdict, diagnosis.reason_id) == ("not_diagnosable", "floor_unknown")
     assert "from period to period" in diagnosis.reason
 
@@ -60,6 +60,6 @@ def test_noise_with_or_without_a_memory_is(memory, noise):
         white = rng.standard_normal(run.time.size)
         coloured = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], white)
         runs.append(replace(run, signals={"q": run.signals["q"] + noise * coloured}))
-    diagnosis = told(replace(campaign, runs=tuple(runs)))
+    diagnosis = diagnosis_of(replace(campaign, runs=tuple(runs)))
     assert diagnosis.verdict == "at_noise_floor"
     assert campaign.rig["period_samples"] == PERIOD

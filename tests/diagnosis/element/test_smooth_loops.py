@@ -23,9 +23,9 @@ from carrierflex.simulation.laws import ELEMENT, Law, Loop
 from tests.diagnosis.element.element_campaigns import bouc_wen, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
 
-PLACES = np.linspace(-1.0, 1.0, N_STIFFNESS)
+STATES = np.linspace(-1.0, 1.0, N_STIFFNESS)
 #: Turns back at once and a half of the stiffness that it slips at.
-SOFTENING = 1.3 - PLACES
+SOFTENING = 1.3 - STATES
 
 
 def test_a_straight_stiffness_grows_to_its_limit_by_the_exponential():
@@ -54,7 +54,7 @@ def test_the_state_hangs_on_the_way_alone_and_not_on_how_it_is_cut():
 
 def test_a_stiffness_without_direction_has_no_loop():
     q = np.concatenate([np.linspace(0, 0.6, 50), np.linspace(0.6, -0.6, 100)])
-    even = 1.0 + PLACES**2
+    even = 1.0 + STATES**2
     states = loop_states(q, 1.0, even, np.zeros(1))
     back = np.interp(q[:50], q[:49:-1], states[:49:-1])
     assert_allclose(back, states[:50], atol=2e-4)
@@ -65,14 +65,14 @@ def test_a_stiffness_without_direction_has_no_loop():
 def test_a_loop_among_the_parts_is_force_times_its_state():
     q = 1e-3 * np.sin(np.linspace(0.0, 12.0, 600))
     loop = Loop(ELEMENT, 2e-3, 3.0, SOFTENING)
-    parts = memory_parts(Law("own", ELEMENT, "hysteresis", ("N", "m"), (loop,)))
-    force = forces_along(q, 1e-3, flat_parts(joined_parts([(parts, 2.0)])))
+    memory = memory_parts(Law("own", ELEMENT, "hysteresis", ("N", "m"), (loop,)))
+    force = forces_along(q, 1e-3, flat_parts(joined_parts([(memory, 2.0)])))
     assert_allclose(force, 6.0 * loop_states(q, 2e-3, SOFTENING, np.zeros(1)), atol=1e-12)
 
 
 def hardening_loop(q, v):
     """Bouc-Wen loop that stiffens as it grows and turns back more than twice as stiff."""
-    return 4.0 * bouc_wen(q, 8e-4, exponent=1.0, beta=0.4, gamma=-0.9, parts=8)
+    return 4.0 * bouc_wen(q, 8e-4, exponent=1.0, beta=0.4, gamma=-0.9, substeps=8)
 
 
 def hardening_spring_and_slider(q, v):

@@ -91,9 +91,9 @@ def test_stops_turn_as_a_bristle_does():
     q = 4e-4 * np.abs((np.arange(4000) / 500.0 + 1.0) % 4.0 - 2.0) - 4e-4
     bristle = force * dahl_friction(q, np.array([length]), from_rest=True)[0]
     yields, weights = _stops_of_bristles(np.array([length]), np.array([force]))
-    parts = memory_of_stops({"slip": (yields, weights)}, 0.0, 1e-3)
+    memory = memory_of_stops({"slip": (yields, weights)}, 0.0, 1e-3)
     assert weights.sum() == pytest.approx(force)
-    result = forces_along(q, 1e-3, flat_parts(parts))
+    result = forces_along(q, 1e-3, flat_parts(memory))
     after_first_turn = slice(1200, None)
     assert_allclose(result[after_first_turn], bristle[after_first_turn], atol=0.025 * force)
     # One stop of the same length is a tenth of it off.

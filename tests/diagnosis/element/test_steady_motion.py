@@ -101,17 +101,19 @@ def test_no_harmonic_is_found_in_noise():
 
 def test_what_is_taken_from_the_regressors_is_in_the_target(hardening):
     model = hardening.model
-    own = force_records(model, hardening.records, hardening.noise)[0]
-    a, q, v, _ = own.base
+    in_force = force_records(model, hardening.records, hardening.noise)[0]
+    a, q, v, _ = in_force.base
     measured_motion = {record.name: record.motion for record in hardening.records}
-    for kept, left, measured in zip(
-        (q, v, a), own.noise_motion, measured_motion[own.record.name], strict=True
+    for regressor, noise, measured in zip(
+        (q, v, a), in_force.noise_motion, measured_motion[in_force.record.name], strict=True
     ):
-        assert_allclose(kept + left, measured, atol=1e-9 * np.abs(measured).max())
-    inside = with_noise_of(own, (MASS, DAMPING, STIFFNESS))
-    x, rate, turn = own.noise_motion
+        assert_allclose(regressor + noise, measured, atol=1e-9 * np.abs(measured).max())
+    inside = with_noise_of(in_force, (MASS, DAMPING, STIFFNESS))
+    x, rate, turn = in_force.noise_motion
     force = MASS * turn + DAMPING * rate + STIFFNESS * x
-    assert_allclose(own.target - inside.target, force, atol=1e-12 * np.abs(own.target).max())
+    assert_allclose(
+        in_force.target - inside.target, force, atol=1e-12 * np.abs(in_force.target).max()
+    )
 
 
 def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
@@ -119,11 +121,11 @@ def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
     problem = element_problem(
         replace(sines(lambda q, v: -0.8 * DAMPING * v), rig={"drive": "force", "settle_samples": 0})
     )
-    own = force_records(problem.model, problem.records, problem.noise)
-    assert own
-    for record in own:
-        left = record.noise_motion[0][record.counts]
-        assert left.std() < 1.5 * NOISE
+    records = force_records(problem.model, problem.records, problem.noise)
+    assert records
+    for record in records:
+        noise = record.noise_motion[0][record.counts]
+        assert noise.std() < 1.5 * NOISE
 
 
 @pytest.mark.long

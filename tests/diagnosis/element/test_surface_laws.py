@@ -46,14 +46,14 @@ def surface(x=X, v=V):
     y = 3.0 + 1e3 * X[:, None] + 20.0 * V + 4e4 * X[:, None] * V
     friction = Friction(ELEMENT, x=x, level=np.full(X.size, LEVEL))
     stop = Stop(ELEMENT, 1e-4, 0.5, half_range=1e-3)
-    parts = (Surface(ELEMENT, x, v, y), friction, stop)
-    return Law("own", ELEMENT, "force_surface", UNITS, parts)
+    terms = (Surface(ELEMENT, x, v, y), friction, stop)
+    return Law("own", ELEMENT, "force_surface", UNITS, terms)
 
 
 def flat(levels, **values):
     """Parameters of the kernels with dry friction by place."""
-    parts = replace(NO_PARTS, levels=np.column_stack([X, levels]))
-    return np.append(element_values({"m": 2.0, **values}), flat_parts(parts))
+    with_levels = replace(NO_PARTS, levels=np.column_stack([X, levels]))
+    return np.append(element_values({"m": 2.0, **values}), flat_parts(with_levels))
 
 
 def motion_of(drive, p, start=(0.0, 0.0)):
@@ -103,9 +103,9 @@ def test_a_motion_sticks_where_its_friction_is_larger_than_what_pulls():
     levels = np.array([0.0, 0.0, 0.0, 4.0, 4.0])
     p = flat(levels, K1=5e3)
     still = np.zeros(2001)
-    held, _ = motion_of(still, p, (6e-4, 0.0))
+    position, _ = motion_of(still, p, (6e-4, 0.0))
     # 3 N of the spring against 4.8 N of friction on one side; nothing on the other.
-    assert_allclose(held, 6e-4)
+    assert_allclose(position, 6e-4)
     free, _ = motion_of(still, p, (-6e-4, 0.0))
     assert free.min() == pytest.approx(-6e-4)
     assert free.max() > 0.0
@@ -123,9 +123,9 @@ def test_tables_of_two_laws_add_up_at_the_nodes_of_both():
 
 def test_deflection_and_speed_beyond_the_table_are_told():
     records = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=3000)).records
-    told = beyond_visited(surface(v=1e-2 * V), records)
-    assert [("m/s" in one.text) for one in told] == [False, True]
-    assert "the slopes of its edge" in told[0].remedy
+    warnings = beyond_visited(surface(v=1e-2 * V), records)
+    assert [("m/s" in one.text) for one in warnings] == [False, True]
+    assert "the slopes of its edge" in warnings[0].remedy
     assert beyond_visited(surface(x=100.0 * X, v=100.0 * V), records) == ()
 
 
@@ -139,7 +139,7 @@ def rubbing(q, v):
     return 6.0 * (1.0 + 0.9 * np.clip(q / 1e-3, -1.0, 1.0)) * np.sign(v)
 
 
-def kept(campaign, path):
+def saved_law(campaign, path):
     """Surface of a campaign's class after a turn through its file."""
     answer = element_problem(campaign).class_answer()
     write_law(path, law_of_answer(answer, "twin", "force_surface"))
@@ -149,7 +149,7 @@ def kept(campaign, path):
 @pytest.mark.long
 @pytest.mark.parametrize("cause", [orifice, rubbing])
 def test_a_saved_surface_explains_its_class_on_new_records(cause, tmp_path):
-    law = kept(displacement_campaign(cause, n=3000, seed=0), tmp_path / "law.toml")
+    law = saved_law(displacement_campaign(cause, n=3000, seed=0), tmp_path / "law.toml")
     problem = element_problem(displacement_campaign(cause, n=3000, seed=7), (law,))
     answer = problem.class_answer()
     assert (answer.state, answer.ids) == (NAMED_CLASS, ("force_surface",))
@@ -173,7 +173,7 @@ def test_a_saved_surface_explains_its_class_on_new_records(cause, tmp_path):
 )
 def test_it_moves_in_the_simulator_as_the_truth_does(number, cause, ratio, drive, tmp_path):
     plan = CasePlan("element", number, 8123, SINGLE, (cause,), ratio, drive)
-    law = kept(case_campaign(plan)[0], tmp_path / "law.toml")
+    law = saved_law(case_campaign(plan)[0], tmp_path / "law.toml")
     problem = element_problem(case_campaign(plan, repeat=1)[0], (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share
 

@@ -109,24 +109,24 @@ def test_a_delay_of_half_a_sample_reads_as_damping_at_one_frequency(late):
     damping = values.parameters["baseline"]["C1"].value
     assert_allclose(damping, max(turned.imag / OMEGA, 0.0), atol=0.05)
     # To first order more than the whole damping; the delay turns a little of C1 into K1 too.
-    told = values.gains.split("half a sample (2.5 ms) moves C1 by ")[1].split(" N s/m")[0]
-    assert float(told) == pytest.approx(0.5 * STEP * NET, rel=0.02)
+    change = values.gains.split("half a sample (2.5 ms) moves C1 by ")[1].split(" N s/m")[0]
+    assert float(change) == pytest.approx(0.5 * STEP * NET, rel=0.02)
 
 
 def test_a_shape_between_those_of_the_table_is_the_law_itself():
     campaign = displacement_campaign(lambda q, v: 0.0 * q, n=1500)
     problem = element_problem(campaign)
-    own = problem.class_table
-    size, record = own.bases.size, own.records[-1]
+    table = problem.class_table
+    size, record = table.bases.size, table.records[-1]
     effect = "stribeck_friction"
     v_s = np.sqrt(np.prod(_shapes_of(effect, size)[3:5]))
     parameters = problem.parameters((effect,))
     theta = np.array([MASS, STIFFNESS, DAMPING, 0.0, 1.0, 2.0, v_s])
-    J = _force_derivatives(problem.model, own.table, size, parameters, theta)
-    J = J * (own.table.scale / own.table.scale[0])[:, None]  # of the columns as they are
-    (law,) = (law for law in own.table.laws["dissipation"] if law.id == effect)
+    J = _force_derivatives(problem.model, table.table, size, parameters, theta)
+    J = J * (table.table.scale / table.table.scale[0])[:, None]  # of the columns as they are
+    (law,) = (law for law in table.table.laws["dissipation"] if law.id == effect)
     columns = law_columns(problem.model, record, effect, size)
-    made = sum(J[places].T @ shape for places, shape in zip(law.variants, columns, strict=True))
+    made = sum(J[numbers].T @ shape for numbers, shape in zip(law.variants, columns, strict=True))
     rise = np.tanh(record.v / size.rest_speed) * np.exp(-((record.v / v_s) ** 2))
     by_name = dict(zip([parameter.name for parameter in parameters], made, strict=True))
     # Halfway between two speeds that differ by a factor of two, where the cubic is worst: 4 % of

@@ -57,7 +57,7 @@ def test_the_run_whose_clock_drifts_is_found(drive, growth):
     number = len(campaign.runs) - 1
     step = campaign.runs[number].time[1]
     clocks = clocks_of(drifting(campaign, number, growth))
-    (clock,) = [own for own in clocks if own.run]
+    (clock,) = [candidate for candidate in clocks if candidate.run]
     assert clock.run == campaign.runs[number].name
     assert clock.growth == pytest.approx(growth, abs=step)
     assert clock.delay == pytest.approx(0.5 * growth, abs=step)

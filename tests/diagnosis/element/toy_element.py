@@ -85,7 +85,7 @@ class ToyScores(ClassScores):
     def without_baseline(self):
         return self
 
-    def amplitudes(self, held):
+    def amplitudes(self, squares):
         return {LAG_COLUMN: LAG}
 
 
@@ -126,9 +126,9 @@ def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
     shown = {name: classes.get(name, {}) for name in CLASS_GROUPS}
     shown[UNION] = dict.fromkeys(causes, 0.0) if union is None else union
     columns = {}
-    for place, (name, (law, left)) in enumerate((laws or {}).items()):
-        columns[name] = (LawColumns(law, (np.array([place]),), 1),)
-        shown[f"columns [{place}]"] = left
+    for column, (name, (law, remaining)) in enumerate((laws or {}).items()):
+        columns[name] = (LawColumns(law, (np.array([column]),), 1),)
+        shown[f"columns [{column}]"] = remaining
     plain, _ = known_scores(causes, shown)
     by_block = np.broadcast_to(np.asarray(force) / N_KNOWN, N_KNOWN)
     table = replace(
@@ -141,7 +141,7 @@ def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
     )
     # Columns of a law stand behind the classes beside them.
     known = {
-        tuple(sorted(names, key=lambda name: name.startswith("columns"))): held
-        for names, held in plain.known.items()
+        tuple(sorted(names, key=lambda name: name.startswith("columns"))): squares
+        for names, squares in plain.known.items()
     }
     return ToyElement(tuple(records), ToyScores(table, plain.constants, known))

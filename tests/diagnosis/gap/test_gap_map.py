@@ -59,9 +59,9 @@ def test_where_one_table_is_drawn_the_others_stay():
 
 def test_cells_that_do_not_exist_are_left_out_and_count_in_no_p_value():
     full = table("A", [[1.0, 2.0], [3.0, 4.0]], p_value=0.004)
-    part = replace(full, used=np.array([[True, False], [False, False]]))
-    assert len(gap_cells([part])) == 1
-    assert_allclose(gap_cells([part])[0].p_value, 0.004)
+    partly_used = replace(full, used=np.array([[True, False], [False, False]]))
+    assert len(gap_cells([partly_used])) == 1
+    assert_allclose(gap_cells([partly_used])[0].p_value, 0.004)
     # Four equal p-values by Benjamini and Yekutieli: times 1 + 1/2 + 1/3 + 1/4.
     assert_allclose([c.p_value for c in gap_cells([full])], 0.004 * 25.0 / 12.0)
     assert significant(gap_cells([replace(full, p_value=full.p_value * 3)])) == []
@@ -102,7 +102,7 @@ def test_comparison_errors_of_many_cells_are_the_largest_thousand_with_those_of_
     largest = sorted(significant(before), key=lambda c: -c.mean_square)[: len(result)]
     assert len(result) == 1000
     for row, cell in zip(result, largest, strict=True):
-        place = (row.run, row.channel_pattern, row.order)
-        assert place == (cell.run, cell.channel_pattern, cell.order)
+        position = (row.run, row.channel_pattern, row.order)
+        assert position == (cell.run, cell.channel_pattern, cell.order)
         assert row.error_before == np.sqrt(cell.mean_square)
-        assert row.error_after == np.sqrt(by_place[place].mean_square)
+        assert row.error_after == np.sqrt(by_place[position].mean_square)

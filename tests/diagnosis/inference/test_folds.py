@@ -24,10 +24,10 @@ def test_every_segment_is_scored_once_and_never_trains_its_own_fold():
 
 
 def test_with_three_conditions_a_whole_condition_is_left_out():
-    parts = segments("ABC")
-    for fold in held_out_folds(parts, runs_have_own=False):
-        left_out = {parts[k].condition for k in np.flatnonzero(fold.held_out)}
-        trained = {parts[k].condition for k in np.flatnonzero(fold.training)}
+    blocks = segments("ABC")
+    for fold in held_out_folds(blocks, runs_have_own=False):
+        left_out = {blocks[k].condition for k in np.flatnonzero(fold.held_out)}
+        trained = {blocks[k].condition for k in np.flatnonzero(fold.training)}
         assert len(left_out) == 1
         assert not left_out & trained
 
@@ -38,11 +38,11 @@ def test_runs_own_parameters_are_fitted_on_the_other_blocks_of_the_held_out_run(
 
 
 def test_extrapolation_leaves_out_the_largest_gap():
-    parts = segments("ABC")
+    blocks = segments("ABC")
     fold = _extrapolation_fold(
-        parts, [3.0 if segment.condition == "B" else 1.0 for segment in parts]
+        blocks, [3.0 if segment.condition == "B" else 1.0 for segment in blocks]
     )
-    assert {parts[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
+    assert {blocks[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
     assert _extrapolation_fold(segments("A"), [1.0] * 4) is None
 
 

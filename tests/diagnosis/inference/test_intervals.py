@@ -100,15 +100,15 @@ def test_small_sample_factor_counts_the_parameters_that_moved():
     assert_allclose(factor(fit), student_t.ppf(0.975, 6) / NORMAL_95 * np.sqrt(9 / 6))
     on_bound = replace(fit, at_bound=np.array([False, True, False, False]))
     assert_allclose(factor(on_bound), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
-    held = replace(fit.parameters[3], lower=1.0, upper=1.0)
-    with_held = replace(fit, parameters=(*fit.parameters[:3], held))
+    fixed = replace(fit.parameters[3], lower=1.0, upper=1.0)
+    with_held = replace(fit, parameters=(*fit.parameters[:3], fixed))
     assert_allclose(factor(with_held), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
 
 
 def test_a_value_that_is_held_is_no_unknown_of_the_covariance():
     fit = _linear_fit(np.random.default_rng(3))
-    held = replace(fit.parameters[3], lower=1.0, upper=1.0)
-    covariance = replace(fit, parameters=(*fit.parameters[:3], held)).covariance
+    fixed = replace(fit.parameters[3], lower=1.0, upper=1.0)
+    covariance = replace(fit, parameters=(*fit.parameters[:3], fixed)).covariance
     without = replace(
         fit,
         parameters=fit.parameters[:3],
@@ -137,9 +137,9 @@ def test_parameters_of_runs_of_one_block_take_no_degree_of_freedom_of_the_others
     assert_allclose(factor(1), three)
     assert_allclose(factor(2), four)
     # The same where sums keep the unknowns of every block alone.
-    own = np.tile(np.arange(4), (10, 1))
-    own[1:, 3] = 0
-    short = SegmentSums(fit.sums.matrix, fit.sums.right_side, fit.sums.square, own, 4)
+    unknowns = np.tile(np.arange(4), (10, 1))
+    unknowns[1:, 3] = 0
+    short = SegmentSums(fit.sums.matrix, fit.sums.right_side, fit.sums.square, unknowns, 4)
     assert short.n_segments_of_each().tolist() == [19, 10, 10, 1]
 
 
@@ -148,7 +148,7 @@ def test_no_interval_where_blocks_are_no_more_than_parameters():
     few = replace(
         fit,
         sums=SegmentSums(
-            *(own[:4] for own in (fit.sums.matrix, fit.sums.right_side, fit.sums.square))
+            *(sums[:4] for sums in (fit.sums.matrix, fit.sums.right_side, fit.sums.square))
         ),
     )
     value = _named_values(few, _scatter(few, few_blocks=True))["baseline"]["x0"]
@@ -182,7 +182,8 @@ def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
     wrong = _misread(right, force, deflection)
     declared = _declared(wrong, 0.01, 0.03)
     fits = [
-        fit_effects(element_problem(own), ("cubic_stiffness",)) for own in (right, wrong, declared)
+        fit_effects(element_problem(campaign), ("cubic_stiffness",))
+        for campaign in (right, wrong, declared)
     ]
     values = [_named_values(fit, _scatter(fit, few_blocks=True)) for fit in fits]
     exact, blind, aware = [value["cubic_stiffness"]["K3"] for value in values]
@@ -194,8 +195,8 @@ def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
     assert_allclose(aware.std**2, blind.std**2 + (gain * aware.value) ** 2, rtol=1e-6)
     for name, truth in (("K1", STIFFNESS), ("C1", DAMPING)):
         base, plain = values[2]["baseline"][name], values[1]["baseline"][name]
-        part = np.hypot(0.01, 0.03) * base.value
-        assert_allclose(base.std**2, plain.std**2 + part**2, rtol=1e-6)
+        gain_error = np.hypot(0.01, 0.03) * base.value
+        assert_allclose(base.std**2, plain.std**2 + gain_error**2, rtol=1e-6)
         assert base.ci95[0] < truth < base.ci95[1]
 
 

@@ -62,25 +62,25 @@ def test_the_measurement_with_the_largest_difference_is_proposed():
 
 def test_trials_that_are_as_good_are_told_beside_the_first_of_them_three_at_most():
     # 0.81 and 0.79 of the signal are left where the columns share the rest.
-    def sharing(left):
-        return {"a": {"a": 1.0}, "b": {"a": np.sqrt(1.0 - left**2), "b": left}}
+    def sharing(separate):
+        return {"a": {"a": 1.0}, "b": {"a": np.sqrt(1.0 - separate**2), "b": separate}}
 
-    good, worse = (experiment(str(left), sharing(left)) for left in (0.81, 0.79))
-    whole = [experiment(name, APART) for name in ("one", "two", "three", "four")]
-    assert separated([good, worse, whole[0]])[0] == (
+    good, worse = (experiment(str(separate), sharing(separate)) for separate in (0.81, 0.79))
+    apart = [experiment(name, APART) for name in ("one", "two", "three", "four")]
+    assert separated([good, worse, apart[0]])[0] == (
         "to distinguish a from b, run 0.81; predicted difference 3.2 times the noise. "
         "Equivalent: one"
     )
-    assert separated([worse, *whole])[0].endswith("the noise. Equivalent: two, three, four")
-    assert separated([*whole, good])[0].endswith("the noise. Equivalent: two, three, four")
+    assert separated([worse, *apart])[0].endswith("the noise. Equivalent: two, three, four")
+    assert separated([*apart, good])[0].endswith("the noise. Equivalent: two, three, four")
 
 
 def test_a_measurement_separates_what_two_sets_do_not_share():
-    beside = {**APART, "c": {"c": 1.0}}
-    text, _ = separated([experiment("trial", beside)], sets=(("a", "c"), ("b", "c")))
+    with_third = {**APART, "c": {"c": 1.0}}
+    text, _ = separated([experiment("trial", with_third)], sets=(("a", "c"), ("b", "c")))
     assert text == "to distinguish a from b, run trial; predicted difference 4.0 times the noise"
     # Where one set holds the other it is that set and what it lacks.
-    text, _ = separated([experiment("trial", beside)], sets=(("a", "c"), ("a",)))
+    text, _ = separated([experiment("trial", with_third)], sets=(("a", "c"), ("a",)))
     assert (
         text == "to distinguish a + c from a, run trial; predicted difference 3.0 times the noise"
     )

@@ -27,7 +27,7 @@ def motion(frequency_hz, amplitude):
 @pytest.mark.parametrize("amplitude", [0.0, 100.0 * STD])
 def test_noise_is_as_large_whatever_its_memory_and_the_motion_beneath_it(memory, amplitude):
     result = _difference_noise(noises(memory) + motion(2.0, amplitude))
-    assert_allclose([own.variance for own in result], STD**2, rtol=0.25)
+    assert_allclose([channel.variance for channel in result], STD**2, rtol=0.25)
     assert result[0].memory == pytest.approx(memory, abs=0.08)
 
 

@@ -22,8 +22,8 @@ def findings_of(campaign):
     return mounting_problem(campaign).gap_findings((), THETA)
 
 
-def part(findings, name):
-    return next(own for own in findings.growth if own.channel_pattern == name).exponents
+def growth_of(findings, name):
+    return next(growth for growth in findings.growth if growth.channel_pattern == name).exponents
 
 
 @pytest.mark.parametrize(("power", "tolerance"), [(1.0, 0.05), (2.0, 0.3)])
@@ -35,7 +35,7 @@ def test_a_gap_grows_with_the_torque_as_it_was_made_to(power, tolerance):
 
     # Sensors in the order ssx, spx, ssz, spz, spy, sbx: opposite vertical motion at the sides is
     # roll.
-    result = part(findings_of(mounting_campaign(extra=rolled)), "roll")["torque"]
+    result = growth_of(findings_of(mounting_campaign(extra=rolled)), "roll")["torque"]
     # The RMS of a square is no square of the RMS where a block holds rest and load: its exponent
     # comes out lower.
     assert_allclose(result.value, power, atol=tolerance)
@@ -46,7 +46,11 @@ def test_gap_in_time_shows_when_it_rises():
     def late(inputs):
         return np.outer(5e-5 * (inputs.time > 65.0), np.ones(6))
 
-    moments = [own for own in findings_of(mounting_campaign(extra=late)).in_time if own.run == "R0"]
+    moments = [
+        moment
+        for moment in findings_of(mounting_campaign(extra=late)).in_time
+        if moment.run == "R0"
+    ]
     early, after = (
         np.array([m.rms for m in moments if (m.time > 65.0) == side]) for side in (False, True)
     )
@@ -57,7 +61,8 @@ def test_gap_in_time_shows_when_it_rises():
 def test_what_differs_between_repeats_is_told_and_what_repeats_is_not():
     def campaign(extra):
         first, second = (
-            mounting_campaign(conditions=CONDITIONS[:1], seed=0, extra=own) for own in (None, extra)
+            mounting_campaign(conditions=CONDITIONS[:1], seed=0, extra=addition)
+            for addition in (None, extra)
         )
         noisy = np.random.default_rng(9)
         (run,) = second.runs
@@ -83,7 +88,7 @@ def test_scalars_are_means_and_spans_of_the_motions():
     campaign = mounting_campaign(
         extra=lambda inputs: np.outer(np.full(inputs.time.size, 1e-4), [0, 0, 1, 1, 0, 0])
     )
-    scalars = {own.name: own for own in mounting_problem(campaign).scalars((), THETA)}
+    scalars = {scalar.name: scalar for scalar in mounting_problem(campaign).scalars((), THETA)}
     mean, span = scalars["vertical, mean"], scalars["vertical, peak to peak"]
     # Two channels of 100 um each are sqrt(2) times that along the unit pattern; 325 samples a
     # block.
@@ -99,9 +104,9 @@ def test_the_diagnosis_holds_the_detail_before_and_after():
         mounting_problem(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"
     )
     assert result.gap.scalars
-    roll = next(own for own in result.gap.scalars if own.name == "roll, peak to peak")
+    roll = next(scalar for scalar in result.gap.scalars if scalar.name == "roll, peak to peak")
     assert roll.area_after < 0.3 * roll.area_before
-    assert all(own.error_after < own.error_before for own in result.gap.cells[:3])
+    assert all(cell.error_after < cell.error_before for cell in result.gap.cells[:3])
 
 
 @pytest.mark.long

@@ -104,7 +104,7 @@ def test_one_curve_for_either_bushing_is_drawn_where_they_differ():
     assert other.name == "starboard bushing"
     assert "port bushing; starboard bushing" in shape.words
     assert np.ptp(other.y) < 0.5 * np.ptp(shape.y)
-    assert {part.acts_on for part in finding.measured_law.parts} == {STARBOARD, PORT}
+    assert {term.acts_on for term in finding.measured_law.parts} == {STARBOARD, PORT}
 
 
 @pytest.mark.long

@@ -18,7 +18,8 @@ EFFECT = ("parasitic_torque",)
 def _declared(campaign, sensor):
     """Campaign whose torque and one sensor declare the errors of their gains."""
     channels = tuple(
-        replace(own, gain_std=STD) if own.name == sensor else own for own in campaign.channels
+        replace(channel, gain_std=STD) if channel.name == sensor else channel
+        for channel in campaign.channels
     )
     torque = InputSignal("torque", "N m", gain_std=STD)
     return replace(campaign, channels=channels, inputs=(torque,))
@@ -30,8 +31,8 @@ def _misread(campaign, signal):
     for run in campaign.runs:
         inputs = dict(run.inputs)
         signals = dict(run.signals)
-        own = inputs if signal in inputs else signals
-        own[signal] = (1.0 + STD) * own[signal]
+        columns = inputs if signal in inputs else signals
+        columns[signal] = (1.0 + STD) * columns[signal]
         runs.append(replace(run, inputs=inputs, signals=signals))
     return replace(campaign, runs=tuple(runs))
 
@@ -66,7 +67,7 @@ def test_noise_in_the_zero_of_a_run_moves_the_zero_of_a_sensor():
     effects = ("sensor_zero",)
     fit = fit_effects(problem, effects)
     moves = _misread_moves(fit, problem.misreading(effects, fit.theta).scores)
-    zero = [own.name for own in fit.parameters].index("z")
+    zero = [parameter.name for parameter in fit.parameters].index("z")
     # The mean of n samples of the noise in each of two runs alike; more as the signals are no noise
     # about zero, and stiffness makes up for a part.
     expected = NOISE / np.sqrt(2 * first)

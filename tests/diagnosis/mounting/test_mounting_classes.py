@@ -81,12 +81,14 @@ def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
     body = rigid_body(RIG, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
     theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
     predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
-    own = bushing_motions(body, problem.records, predicted)[1]
-    bushings = -np.sum(TRUE_LINEAR["K1"] * own.u[:, 1] + TRUE_LINEAR["C1"] * own.v[:, 1], axis=0)
-    acceleration = np.gradient(own.rate, own.step, axis=1)
+    motion = bushing_motions(body, problem.records, predicted)[1]
+    bushings = -np.sum(
+        TRUE_LINEAR["K1"] * motion.u[:, 1] + TRUE_LINEAR["C1"] * motion.v[:, 1], axis=0
+    )
+    acceleration = np.gradient(motion.rate, motion.step, axis=1)
     inertia = (body.M[N_FREE:, :N_FREE] @ acceleration)[0]
-    load = own.loads[:, 2]
-    reaction = _guide_forces(body, own)[0]
+    load = motion.loads[:, 2]
+    reaction = _guide_forces(body, motion)[0]
     np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
 
 
@@ -101,14 +103,14 @@ def test_a_slider_of_the_classes_is_that_of_the_simulator(group, acts):
     theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
     predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
     motions = bushing_motions(body, problem.records, predicted)
-    own = motions[2]
+    motion = motions[2]
     size = bushing_size(motions)
-    (columns,) = (each.columns(own) for each in force_groups(size) if each.id == group)
+    (columns,) = (each.columns(motion) for each in force_groups(size) if each.id == group)
     yields = size.yields if acts == APART else size.radial_yields
     for column, yield_deflection in zip(columns, yields, strict=True):
-        part = Stop(BOTH, float(yield_deflection), 1.0, acts)
-        laws = packed_laws([(Law("own", MOUNTING, "hysteresis", ("N", "m"), (part,)), 1.0)])
-        force = bushing_forces(laws, own.u, own.v, own.step)
+        stop = Stop(BOTH, float(yield_deflection), 1.0, acts)
+        laws = packed_laws([(Law("own", MOUNTING, "hysteresis", ("N", "m"), (stop,)), 1.0)])
+        force = bushing_forces(laws, motion.u, motion.v, motion.step)
         np.testing.assert_allclose(column, force, atol=1e-9)
 
 

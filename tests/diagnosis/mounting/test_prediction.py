@@ -14,7 +14,7 @@ from tests.diagnosis.mounting.mounting_campaigns import TRUE_LINEAR, mounting_ca
 CUBIC = {"K3": 6e12}
 
 
-def beside(measured, predicted, effects=()):
+def with_predictions(measured, predicted, effects=()):
     """Campaign whose baseline is what another campaign measured."""
     runs = tuple(
         replace(run, predictions=dict(other.signals))
@@ -23,28 +23,30 @@ def beside(measured, predicted, effects=()):
     return replace(measured, baseline=Baseline("columns", effects), runs=runs)
 
 
-def found(campaign):
+def diagnosis_of(campaign):
     problem, measured = problem_of(campaign)
     return diagnose(problem, campaign="twin", kind="mounting", floor_is_measured=measured)
 
 
 @pytest.mark.acceptance
 def test_what_the_prediction_lacks_is_named():
-    own = found(beside(mounting_campaign(CUBIC), mounting_campaign(noise=0.0)))
-    assert own.verdict in ("named", "named_with_remainder"), own.reason
-    assert own.attribution.effects == ("cubic_stiffness",)
+    diagnosis = diagnosis_of(
+        with_predictions(mounting_campaign(CUBIC), mounting_campaign(noise=0.0))
+    )
+    assert diagnosis.verdict in ("named", "named_with_remainder"), diagnosis.reason
+    assert diagnosis.attribution.effects == ("cubic_stiffness",)
     assert_allclose(
-        own.attribution.parameters["cubic_stiffness"]["K3"].value, CUBIC["K3"], rtol=0.02
+        diagnosis.attribution.parameters["cubic_stiffness"]["K3"].value, CUBIC["K3"], rtol=0.02
     )
     # The prediction's own stiffness is held, not fitted to the measurement.
     assert_allclose(
-        own.attribution.parameters["baseline"]["K1"].value, TRUE_LINEAR["K1"], rtol=1e-4
+        diagnosis.attribution.parameters["baseline"]["K1"].value, TRUE_LINEAR["K1"], rtol=1e-4
     )
 
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = mounting_campaign(CUBIC), mounting_campaign(noise=0.0)
-    problem, _ = problem_of(beside(measured, predicted))
+    problem, _ = problem_of(with_predictions(measured, predicted))
     theta = np.array([parameter.lower for parameter in problem.parameters(())])
     expected = sum(
         float(np.square(run.signals[name] - other.signals[name]).sum())
@@ -60,15 +62,17 @@ def test_the_gap_is_measured_less_predicted():
 
 @pytest.mark.long
 def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
-    own = found(
-        beside(mounting_campaign(CUBIC), mounting_campaign(CUBIC, noise=0.0), ("cubic_stiffness",))
+    diagnosis = diagnosis_of(
+        with_predictions(
+            mounting_campaign(CUBIC), mounting_campaign(CUBIC, noise=0.0), ("cubic_stiffness",)
+        )
     )
-    assert own.verdict == "at_noise_floor"
-    assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
+    assert diagnosis.verdict == "at_noise_floor"
+    assert all("cubic_stiffness" not in ranked.effects for ranked in diagnosis.attribution.ranking)
 
 
 def test_an_empty_prediction_is_refused():
-    campaign = beside(mounting_campaign(), mounting_campaign())
+    campaign = with_predictions(mounting_campaign(), mounting_campaign())
     first, *others = campaign.runs
     empty = replace(
         first, predictions={**first.predictions, "ssx": np.full(first.time.size, np.nan)}

@@ -41,21 +41,21 @@ TRUTH = {
 FAST = ("parasitic_torque", "unequal_bushings", "sensor_zero")
 
 
-def found(problem):
+def diagnosis_of(problem):
     return diagnose(problem, campaign="twin", kind="mounting")
 
 
 def check_named(effect, **options):
     simulated, expected = TRUTH[effect]
-    result = found(mounting_problem(mounting_campaign(simulated, **options)))
+    result = diagnosis_of(mounting_problem(mounting_campaign(simulated, **options)))
     # The twin holds the effect in the form of its card: nothing else explains it as well.
     assert (result.verdict, result.attribution.effects) == ("named", (effect,)), result.reason
     assert result.attribution.aliases == ()
     assert result.reduction.floor_multiple == pytest.approx(1.0, abs=0.02)
     assert result.reduction.rho < 0.3
     for name, value in expected.items():
-        own = result.attribution.parameters[effect][name]
-        assert abs(own.value - value) < 4.0 * own.std, (name, own)
+        estimate = result.attribution.parameters[effect][name]
+        assert abs(estimate.value - value) < 4.0 * estimate.std, (name, estimate)
 
 
 def test_the_library_holds_every_effect_of_the_contract():
@@ -78,10 +78,10 @@ def test_every_other_missing_effect_is_named(effect):
 
 @pytest.mark.long
 def test_linear_bushings_are_at_the_noise_floor_whatever_the_nominal_stiffness():
-    result = found(mounting_problem(mounting_campaign()))
+    result = diagnosis_of(mounting_problem(mounting_campaign()))
     assert result.verdict == "at_noise_floor"
-    own = result.attribution.parameters["baseline"]["K1"]
-    assert abs(own.value - TRUE_LINEAR["K1"]) < 4.0 * own.std
+    estimate = result.attribution.parameters["baseline"]["K1"]
+    assert abs(estimate.value - TRUE_LINEAR["K1"]) < 4.0 * estimate.std
 
 
 def test_an_effect_that_the_baseline_contains_is_fitted_with_it_and_not_named():
@@ -160,7 +160,7 @@ def test_a_missing_stretch_of_a_channel_is_left_out():
 
 def with_signals(campaign, change):
     runs = [
-        replace(run, signals={name: change(name, own) for name, own in run.signals.items()})
+        replace(run, signals={name: change(name, values) for name, values in run.signals.items()})
         for run in campaign.runs
     ]
     return replace(campaign, runs=tuple(runs))
@@ -170,16 +170,18 @@ def test_unusable_campaigns_are_refused_in_plain_words():
     campaign = mounting_campaign(conditions=CONDITIONS[:1])
     with pytest.raises(ValueError, match="column 'spy' holds 0 measured samples"):
         mounting_problem(
-            with_signals(campaign, lambda name, own: own * np.nan if name == "spy" else own)
+            with_signals(
+                campaign, lambda name, values: values * np.nan if name == "spy" else values
+            )
         )
     with pytest.raises(ValueError, match="every channel is constant"):
-        mounting_problem(with_signals(campaign, lambda name, own: 0.0 * own))
+        mounting_problem(with_signals(campaign, lambda name, values: 0.0 * values))
     with pytest.raises(ValueError, match="constant in every run; expected loads that change"):
         mounting_problem(mounting_campaign(conditions=((0.0, 0.0, 0.0),)))
 
 
 def test_one_run_alone_is_diagnosed_by_its_blocks():
-    result = found(
+    result = diagnosis_of(
         mounting_problem(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1]))
     )
     assert (result.verdict, result.attribution.effects) == ("named", ("unequal_bushings",))

@@ -10,7 +10,7 @@ from tests.diagnosis.mounting.mounting_campaigns import RIG, mounting_campaign
 LENGTH = "wiring/rig_length"
 
 
-def told(values, factor):
+def findings(values, factor):
     """Findings where the main bearing is said to be so many times as far, by id: their texts."""
     made = mounting_campaign(values, seconds=60.0)
     rig = {**made.rig, "main_bearing_x": factor * RIG.main_bearing_x}
@@ -19,7 +19,7 @@ def told(values, factor):
 
 
 def test_a_main_bearing_that_is_elsewhere_is_told_with_its_place():
-    text = told({}, 1.2)[LENGTH]
+    text = findings({}, 1.2)[LENGTH]
     x = float(text.split("main bearing ")[1].split(" m ")[0])
     assert x == pytest.approx(RIG.main_bearing_x, rel=0.01)
     assert "explains 100%" in text
@@ -27,4 +27,4 @@ def test_a_main_bearing_that_is_elsewhere_is_told_with_its_place():
 
 @pytest.mark.parametrize("values", [{}, {"main_bearing_compliance": 2e-9}])
 def test_a_main_bearing_where_it_is_said_to_be_is_not_accused(values):
-    assert LENGTH not in told(values, 1.0)
+    assert LENGTH not in findings(values, 1.0)

@@ -183,8 +183,8 @@ def test_two_sparse_maps_that_leave_as_much_are_no_full_map():
     assert parted((LOADS,), causes, classes) == (AXIAL, DIRECTION)
     # Beside a force too, and not where they leave more.
     damped = {**causes, "damping": 50.0}
-    beside = {**classes, DAMPER: {"damping": 0.0}}
-    assert parted((DAMPER, LOADS), damped, beside) == (DAMPER, AXIAL, DIRECTION)
+    with_damper = {**classes, DAMPER: {"damping": 0.0}}
+    assert parted((DAMPER, LOADS), damped, with_damper) == (DAMPER, AXIAL, DIRECTION)
     more = {**causes, "other": 3.0}
     full = {**classes, LOADS: dict.fromkeys(more, 0.0)}
     assert parted((LOADS,), more, full) == (LOADS,)

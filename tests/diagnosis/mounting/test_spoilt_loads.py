@@ -21,7 +21,7 @@ def with_torque(change, values=None):
     return replace(made, runs=runs)
 
 
-def told(change, values=None):
+def findings(change, values=None):
     """Findings about a campaign whose torque is changed, by id: input and text."""
     warnings = examined(with_torque(change, values)).baseline().warnings
     return {one.id: (one.about, one.text) for one in warnings if one.id}
@@ -50,20 +50,20 @@ def as_read(torque, time):
 
 
 def test_a_gain_of_the_torque_that_drifts_is_told_with_its_size():
-    about, text = told(drifting)["wiring/input_gain"]
+    about, text = findings(drifting)["wiring/input_gain"]
     assert about == "torque"
     assert "explains 100%" in text or "explains 99%" in text
     assert float(text.split(" by ")[1].split("%")[0]) == pytest.approx(9.5, abs=0.5)
 
 
 def test_noise_of_the_torque_that_the_machine_does_not_feel_is_told():
-    about, text = told(noisy)["wiring/load_noise"]
+    about, text = findings(noisy)["wiring/load_noise"]
     assert about == "torque"
     assert "in the readings of torque" in text
 
 
 def test_a_torque_behind_the_radial_loads_is_told_with_its_delay_and_its_filter():
-    about, text = told(late)["wiring/filtered_channel"]
+    about, text = findings(late)["wiring/filtered_channel"]
     assert about == "torque"
     delay, filtering = map(
         float, re.search(r"(\S+) s late and filtered with (\S+) s", text).groups()
@@ -75,7 +75,7 @@ def test_a_torque_behind_the_radial_loads_is_told_with_its_delay_and_its_filter(
 @pytest.mark.parametrize("values", [{}, {"starboard_excess": 0.2}])
 def test_a_torque_as_it_was_is_not_accused(values):
     faults = {"wiring/load_noise", "wiring/input_gain", "wiring/filtered_channel"}
-    assert not faults & set(told(as_read, values))
+    assert not faults & set(findings(as_read, values))
 
 
 @pytest.mark.long

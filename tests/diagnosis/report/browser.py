@@ -57,9 +57,9 @@ class Browser:
 
     def _next(self):
         while b"\0" not in self.buffer:
-            part = os.read(self.read, 1 << 16)
-            assert part, "the browser closed its pipe"
-            self.buffer += part
+            chunk = os.read(self.read, 1 << 16)
+            assert chunk, "the browser closed its pipe"
+            self.buffer += chunk
         message, self.buffer = self.buffer.split(b"\0", 1)
         return json.loads(message)
 

@@ -8,7 +8,7 @@ import pytest
 from carrierflex.diagnosis.inference.results import ALIASED, NamedValue
 from carrierflex.diagnosis.report.carrier_drawing import carrier_figure, shown_dimensions
 from carrierflex.geometry.parameters import CarrierParameters
-from tests.diagnosis.report.verdict_pages import found, page_of
+from tests.diagnosis.report.verdict_pages import diagnosed, page_of
 
 NAMED = ("geometry/outer_radius", "material/E", "geometry/plate_gap", "torque_tilt")
 
@@ -39,7 +39,7 @@ def test_dimension_lines_have_numbers_and_the_length_of_the_dimension():
 
 @pytest.mark.long
 def test_the_report_shows_named_and_tied_dimensions_with_their_values():
-    diagnosis, campaign = found("carrier")
+    diagnosis, campaign = diagnosed("carrier")
     values = {
         name: {"change": NamedValue(0.012, 0.001, "m", (0.010, 0.014))} for name in NAMED[::2]
     }

@@ -19,7 +19,7 @@ from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.element.test_drives import decay_campaign, dry
 from tests.diagnosis.report.verdict_pages import data_of, with_verdict
-from tests.diagnosis.report.verdict_pages import found as diagnosed_element
+from tests.diagnosis.report.verdict_pages import diagnosed as diagnosed_element
 from tests.identification.campaign.test_campaign_files import mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -118,9 +118,9 @@ def test_what_a_class_explains_is_told_where_no_law_is_added():
     sizes = {"rms_before": 2e-4, "rms_after": 2e-4, "noise_floor": 5e-6, "rho": 1.0}
     law = GapReduction(**fields | sizes | {"steps": (object(),)})
     of_class = replace(law, rms_after=4e-5, rho=0.2)
-    told = replace(named, reduction=of_class, reduction_law=law)
-    assert told.shrinks_by_class
-    assert worth(told).startswith("Expected: gap 200 µm to 40 µm RMS (-80 %) on held-out")
+    of_class_alone = replace(named, reduction=of_class, reduction_law=law)
+    assert of_class_alone.shrinks_by_class
+    assert worth(of_class_alone).startswith("Expected: gap 200 µm to 40 µm RMS (-80 %) on held-out")
     alone = replace(named, reduction=law, reduction_law=law)
     assert not alone.shrinks_by_class
     assert worth(alone).startswith("The gap is ")
@@ -132,17 +132,17 @@ def test_shares_of_causes_and_of_what_is_not_explained_are_one():
     far = named.reduction
     (finding,) = named.classes.classes
     high = replace(finding, share=1.0, share_ci95=(0.99, 1.0))
-    told = replace(
+    with_share = replace(
         named,
         reduction=replace(far, phi=0.8, phi_ci95=(0.7, 0.9)),
         classes=replace(named.classes, classes=(high,)),
     )
-    rows = cause_rows(data_of(told, campaign))
+    rows = cause_rows(data_of(with_share, campaign))
     assert_allclose([row.share for row in rows], [0.8, 0.2])
     # A second class that no step is of.
     second = replace(high, id="time_variation", law="", share=0.25)
-    classes = replace(told.classes, classes=(high, second))
-    rows = cause_rows(data_of(replace(told, classes=classes), campaign))
+    classes = replace(with_share.classes, classes=(high, second))
+    rows = cause_rows(data_of(replace(with_share, classes=classes), campaign))
     assert_allclose([row.share for row in rows], [0.64, 0.16, 0.2])
 
 

@@ -5,13 +5,13 @@ import pytest
 
 from carrierflex.diagnosis.report.fleet_sizes import GAP, RMS, campaign_row, shown_size, size_name
 
-FLOOR, LEFT = 3e-6, 4e-6
+FLOOR, EXCESS = 3e-6, 4e-6
 
 
 def document(*, scatter=0.02, n_blocks=60, seed=1, **keys):
-    """What a row reads of a diagnosis whose baseline leaves LEFT above the noise."""
+    """What a row reads of a diagnosis whose baseline leaves EXCESS above the noise."""
     rng = np.random.default_rng(seed)
-    square = (FLOOR**2 + LEFT**2) * (1.0 + scatter * rng.standard_normal(n_blocks))
+    square = (FLOOR**2 + EXCESS**2) * (1.0 + scatter * rng.standard_normal(n_blocks))
     blocks = [{"condition": "one", "samples": 400, "mean_square": float(one)} for one in square]
     far = {"noise_floor": FLOOR, "rho": None, "rho_ci95": [None, None]}
     return {
@@ -25,12 +25,12 @@ def test_the_gap_is_what_lies_above_the_noise_and_its_interval_holds():
     inside = []
     for seed in range(200):
         (size,) = campaign_row(document(seed=seed, scatter=0.3), "T1/a", "T1", "").sizes
-        inside.append(size.ci95[0] < LEFT < size.ci95[1])
+        inside.append(size.ci95[0] < EXCESS < size.ci95[1])
     assert (size.cause, size.parameter, size.is_named) == (GAP, RMS, False)
     # Sixty blocks: 0.95 within the scatter of 200 intervals, and a bootstrap's smallness.
     assert 0.89 < np.mean(inside) <= 1.0
     row = campaign_row(document(scatter=1e-6), "T1/a", "T1", "")
-    assert row.gap_floors == pytest.approx(LEFT / FLOOR, rel=1e-5)
+    assert row.gap_floors == pytest.approx(EXCESS / FLOOR, rel=1e-5)
 
 
 def test_loads_that_are_alike_on_all_days_are_in_the_error_but_not_between_repeats():
@@ -38,7 +38,7 @@ def test_loads_that_are_alike_on_all_days_are_in_the_error_but_not_between_repea
     rng = np.random.default_rng(2)
     blocks = [
         {"condition": name, "samples": 400,
-         "mean_square": float(FLOOR**2 + (k * LEFT) ** 2 * (1.0 + 0.02 * rng.standard_normal()))}
+         "mean_square": float(FLOOR**2 + (k * EXCESS) ** 2 * (1.0 + 0.02 * rng.standard_normal()))}
         for k, name in enumerate(("idle", "half", "full", "over")) for _ in range(15)
     ]  # fmt: skip
     row = campaign_row(document(held_out=blocks, how_far=far), "T1/a", "T1", "")
@@ -57,7 +57,7 @@ def test_a_class_without_a_law_has_the_root_of_its_share():
     size = row.sizes[-1]
     assert (size.cause, size.is_named, row.causes) == (finding["id"], True, (finding["id"],))
     # A share of 0.64 +- 0.16 has a root of 0.8 +- 0.1, as long as the gap has no error.
-    expected = LEFT * np.array([0.8, 0.7, 0.9])
+    expected = EXCESS * np.array([0.8, 0.7, 0.9])
     np.testing.assert_allclose((size.value, *size.ci95), expected, rtol=1e-4)
     # With one, the two add as squares; of a certain share the gap's relative error is left.
     sure = {**finding, "share_ci95": [0.64, 0.64]}

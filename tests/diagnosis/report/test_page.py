@@ -350,8 +350,8 @@ def test_the_answer_and_the_next_step_stand_on_the_first_screen(
         window.events.clear()
         window.open(path.as_uri(), width=1280)
         bottom = "document.querySelector('{}').getBoundingClientRect().bottom"
-        for part in ("#headline", "#next", "#machine-title", "#causes"):
-            assert window.value(bottom.format(part)) <= 800.0
+        for selector in ("#headline", "#next", "#machine-title", "#causes"):
+            assert window.value(bottom.format(selector)) <= 800.0
         # Details are folded until they are asked for, and printed all the same.
         assert window.value("document.querySelector('#gap-maps').checkVisibility()") is False
         window.call("Emulation.setEmulatedMedia", media="print")

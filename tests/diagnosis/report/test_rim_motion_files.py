@@ -101,12 +101,17 @@ def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeyp
         kind="carrier",
         channels=(SimpleNamespace(name="s", quantity="axial_displacement", angle=0.5),),
         rig={"n_planets": 3, "sensor_radius": 0.412},
-        runs=[SimpleNamespace(name=own, condition=of) for own, of in conditions.items()],
+        runs=[SimpleNamespace(name=name, condition=of) for name, of in conditions.items()],
     )
-    for most, kept in ((1, ["A1"]), (2, ["A1", "B1"]), (4, ["A1", "A2", "B1", "B2"]), (9, None)):
+    for most, expected in (
+        (1, ["A1"]),
+        (2, ["A1", "B1"]),
+        (4, ["A1", "A2", "B1", "B2"]),
+        (9, None),
+    ):
         monkeypatch.setattr(where, most)
         result = [signal.run for signal in rim_motion(diagnosis, campaign).signals]
-        assert result == (kept or list(conditions))
+        assert result == (expected or list(conditions))
 
 
 @pytest.mark.parametrize(

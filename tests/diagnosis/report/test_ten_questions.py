@@ -123,10 +123,10 @@ def answers(page, document):
     }
 
 
-def _sizes(found, far):
+def _sizes(groups, far):
     before, after = far["rms_before"], far["rms_after"]
-    return is_close(si(found[1], found[2]), before) and (
-        found[3] is None or is_close(si(found[3], found[4]), after)
+    return is_close(si(groups[1], groups[2]), before) and (
+        groups[3] is None or is_close(si(groups[3], groups[4]), after)
     )
 
 
@@ -236,4 +236,6 @@ def test_shares_add_up_to_phi_runs_to_the_gap_and_sources_to_the_interval(diagno
         ]
         assert known
         for one in known:
-            assert_allclose(sum(part**2 for part in one.sources.values()), one.std**2, rtol=1e-9)
+            assert_allclose(
+                sum(deviation**2 for deviation in one.sources.values()), one.std**2, rtol=1e-9
+            )

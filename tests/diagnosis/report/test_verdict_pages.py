@@ -120,11 +120,11 @@ def test_answer_and_next_step_stand_above_the_fold(addresses, width, window):
     below = {}
     for verdict, address in addresses.items():
         opened(window, address, width)
-        for part in ("#headline", "#next"):
-            bottom = window.value(_BOTTOM.format(part))
+        for selector in ("#headline", "#next"):
+            bottom = window.value(_BOTTOM.format(selector))
             assert bottom > 0.0
             if bottom > FOLD[width]:
-                below[verdict, part] = bottom
+                below[verdict, selector] = bottom
     assert below == {}
 
 

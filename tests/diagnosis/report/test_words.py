@@ -112,12 +112,12 @@ def test_only_exponents_that_tell_one_law_from_another_are_listed():
 
 
 def test_a_value_is_told_with_its_interval_under_one_power_of_ten():
-    def told(value, error, unit="N/m"):
+    def value_text(value, error, unit="N/m"):
         return words.value_words(words._ParameterRow("e", "", "k", value, error, unit, {}))
 
-    assert told(0.5951, 0.0137, "mrad") == "0.595 ± 0.014 mrad"
-    assert told(8.82e6, 0.9e6) == "(8.82 ± 0.90)·10^6 N/m"
-    assert told(0.6119, 0.0023, "1") == "0.6119 ± 0.0023"
-    assert told(7.0, NAN) == "7 N/m, not determined"
+    assert value_text(0.5951, 0.0137, "mrad") == "0.595 ± 0.014 mrad"
+    assert value_text(8.82e6, 0.9e6) == "(8.82 ± 0.90)·10^6 N/m"
+    assert value_text(0.6119, 0.0023, "1") == "0.6119 ± 0.0023"
+    assert value_text(7.0, NAN) == "7 N/m, not determined"
     assert words.pair((0.91, 1.13)) == "0.9 to 1.1"
     assert words.pair((-0.04, 0.04)) == "0.0 ± < 0.1"

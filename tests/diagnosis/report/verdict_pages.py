@@ -48,7 +48,7 @@ WARNING = CampaignWarning(
 )
 
 
-def found(kind):
+def diagnosed(kind):
     """Diagnosis of a small campaign of a kind, and the campaign."""
     if kind == "carrier":
         options = {"loads": LOADS, "turns": 8}
@@ -78,7 +78,7 @@ def page_of(diagnosis, campaign):
 
 def pages(kind):
     """Page of every verdict by its name, drawn one after the other."""
-    diagnosis, campaign = found(kind)
+    diagnosis, campaign = diagnosed(kind)
     for verdict in VERDICTS:
         yield verdict, page_of(with_verdict(diagnosis, verdict), campaign)
 

@@ -69,13 +69,13 @@ def negative(values):
 
 
 def test_another_simulators_prediction_has_no_clock_of_ours():
-    own = explained_carrier()
+    campaign = explained_carrier()
     runs = tuple(
         replace(run, predictions={name: 0.5 * values for name, values in run.signals.items()})
-        for run in own.runs
+        for run in campaign.runs
     )
-    beside = replace(own, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
-    names = {warning.check for warning in checked(beside).warnings}
+    predicted = replace(campaign, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
+    names = {warning.check for warning in checked(predicted).warnings}
     assert names <= {"wiring", "bound"}
 
 
@@ -88,9 +88,9 @@ def test_a_campaign_without_a_fault_has_no_rival(kind):
 @pytest.mark.long
 def test_no_wiring_explains_a_gap_by_a_value_that_the_baseline_holds():
     # A stiffer carrier is the cause; a rival that frees the held value has explained it as well.
-    own = explained_carrier()
-    held = {"flexible_pins.rho_f": KnownValue(0.5 * TRUTH.rho_f, 0.0)}
-    assert rivals(replace(own, baseline=replace(own.baseline, fixed=held))) == {}
+    campaign = explained_carrier()
+    fixed = {"flexible_pins.rho_f": KnownValue(0.5 * TRUTH.rho_f, 0.0)}
+    assert rivals(replace(campaign, baseline=replace(campaign.baseline, fixed=fixed))) == {}
 
 
 @pytest.mark.long
@@ -165,22 +165,22 @@ def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
     """Offsets and tilts make up for most of it; a larger one leaves a gap and is an effect."""
     campaign = explained("carrier")
     assert checked(campaign).warnings == ()
-    (told,) = checked(changed(campaign, column, lambda values: 1.025 * values)).warnings
-    assert (told.check, told.about) == ("gain", column)
-    assert told.figure == pytest.approx(0.025, rel=0.1)
+    (warning,) = checked(changed(campaign, column, lambda values: 1.025 * values)).warnings
+    assert (warning.check, warning.about) == ("gain", column)
+    assert warning.figure == pytest.approx(0.025, rel=0.1)
 
 
 def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
     problem, _ = problem_of(campaign, curve_set())
-    (whole, _) = carrier_records(problem)
-    monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", whole.columns.nbytes - 1)
+    (full, _) = carrier_records(problem)
+    monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", full.columns.nbytes - 1)
     (half, _) = carrier_records(problem)
-    assert_allclose(half.time, whole.time[::2])
-    assert_allclose(half.columns, whole.columns[:, ::2])
-    (told,) = checked(campaign).warnings
-    assert (told.check, told.about) == ("gain", "s047")
-    assert told.figure == pytest.approx(0.025, rel=0.1)
+    assert_allclose(half.time, full.time[::2])
+    assert_allclose(half.columns, full.columns[:, ::2])
+    (warning,) = checked(campaign).warnings
+    assert (warning.check, warning.about) == ("gain", "s047")
+    assert warning.figure == pytest.approx(0.025, rel=0.1)
 
 
 @pytest.mark.long
@@ -216,13 +216,15 @@ def test_the_verdict_says_to_check_the_wiring_first():
     problem, _ = problem_of(campaign, curve_set())
     result = diagnose(problem, campaign="twin", kind="carrier")
     baseline = checked_baseline(problem, campaign, wiring_of(problem, campaign))
-    told = with_findings(result, (), baseline)
-    assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
-    assert any(warning.check == "wiring" for warning in told.warnings)
-    assert told.reason_id == "wiring/torque_sign"
-    assert told.reason.startswith("check the measurement first: with torque of the other sign the ")
-    assert told.warnings[0].check == "wiring"
-    assert verdict_heading(told).startswith("Check torque first (torque sign): ")
+    diagnosis = with_findings(result, (), baseline)
+    assert (diagnosis.verdict, diagnosis.attribution.effects) == ("none_of_these", ())
+    assert any(warning.check == "wiring" for warning in diagnosis.warnings)
+    assert diagnosis.reason_id == "wiring/torque_sign"
+    assert diagnosis.reason.startswith(
+        "check the measurement first: with torque of the other sign the "
+    )
+    assert diagnosis.warnings[0].check == "wiring"
+    assert verdict_heading(diagnosis).startswith("Check torque first (torque sign): ")
 
 
 def late(campaign, seconds):
@@ -247,14 +249,14 @@ def test_a_delay_beside_a_clock_that_was_moved_is_an_alias_of_it():
     assert "wiring/clock_shift" not in sum(alone.attribution.aliases, ())
     shifts = {campaign.runs[0].name: KnownValue(0.7, 1e-4)}
     moved = replace(campaign, baseline=replace(campaign.baseline, clock_shift=shifts))
-    beside = examined(moved).diagnosis()
-    assert beside.verdict == "aliased"
-    assert ("sensor_delay", "wiring/clock_shift") in beside.attribution.aliases
-    assert "moved the simulator's clock by 700" in beside.reason
+    diagnosis = examined(moved).diagnosis()
+    assert diagnosis.verdict == "aliased"
+    assert ("sensor_delay", "wiring/clock_shift") in diagnosis.attribution.aliases
+    assert "moved the simulator's clock by 700" in diagnosis.reason
     # Nothing that is measured has changed: the same effect with the same value.
-    assert beside.attribution.effects == alone.attribution.effects
+    assert diagnosis.attribution.effects == alone.attribution.effects
     fault = "a fault of the measurement (clock shift)"
-    assert f"one of sensor delay; {fault}" in headlines(beside)[1]
+    assert f"one of sensor delay; {fault}" in headlines(diagnosis)[1]
 
 
 def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():
@@ -262,8 +264,8 @@ def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():
     reduction = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0))
     named = Diagnosis("c", "carrier", "named", "why", "m", nothing, reduction)
     shift = CampaignWarning("clock_shift", "sensor_delay", "moved", "measure", 0.7, "line")
-    told = with_findings(named, (shift,), BaselineCheck((), ()))
-    assert told.verdict == "named"
+    diagnosis = with_findings(named, (shift,), BaselineCheck((), ()))
+    assert diagnosis.verdict == "named"
     delayed = replace(named, attribution=replace(nothing, effects=("sensor_delay",)))
     assert with_findings(delayed, (shift,), BaselineCheck((), ())).verdict == "aliased"
 

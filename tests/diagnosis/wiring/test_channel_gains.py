@@ -85,13 +85,11 @@ def test_one_channel_alone_has_no_gain_of_its_own():
 
 
 def test_missing_samples_take_no_part():
-    whole = record(1, gain=0.1)
-    holed = whole.residual.copy()
+    full = record(1, gain=0.1)
+    holed = full.residual.copy()
     holed[::7, 1] = np.nan
     holed[3::11, 0] = np.nan
-    (result,) = off_gains(
-        [LinearRecord("a", whole.time, holed, whole.predicted, whole.columns)], NONE
-    )
+    (result,) = off_gains([LinearRecord("a", full.time, holed, full.predicted, full.columns)], NONE)
     assert result.gain == pytest.approx(0.1, abs=4.0 * result.std)
 
 

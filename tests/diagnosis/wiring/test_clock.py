@@ -47,12 +47,12 @@ def rivals(campaign, late):
             run.name,
             run.time,
             force_of(run)[:, None],
-            force_of(own)[:, None],
+            force_of(on_time)[:, None],
         )
-        for run, own in zip(runs, campaign.runs, strict=True)
+        for run, on_time in zip(runs, campaign.runs, strict=True)
     ]
 
-    def left(corrected):
+    def mean_square(corrected):
         """Mean square beside the runs on time, away from the ends."""
         squares = [
             np.mean((force_of(one) - force_of(two))[50:-50] ** 2)
@@ -60,7 +60,7 @@ def rivals(campaign, late):
         ]
         return float(np.mean(squares))
 
-    return drifting_clocks(records, replace(campaign, runs=runs), left)
+    return drifting_clocks(records, replace(campaign, runs=runs), mean_square)
 
 
 @pytest.mark.parametrize("drift", [0.005, 0.05, -0.05])
@@ -104,17 +104,20 @@ def late_by(campaign, delay):
 
 
 def test_a_guess_that_does_not_explain_the_gap_is_sought_by_refits(campaign):
-    def left(corrected):
+    def mean_square(corrected):
         """Mean square beside the signals on time."""
         pairs = zip(corrected.runs, campaign.runs, strict=True)
         return float(np.mean([np.mean((force_of(a) - force_of(b))[50:-50] ** 2) for a, b in pairs]))
 
     late = late_by(campaign, 0.05)
     guess = ClockDrift("", 0.07, 0.0)
-    clock, square = refitted_clock(late, guess, left, 0.0)
+    clock, square = refitted_clock(late, guess, mean_square, 0.0)
     assert clock.delay == pytest.approx(0.05, rel=0.03)
-    assert square < 1e-3 * left(late)
-    assert refitted_clock(late, guess, left, np.inf) == (guess, left(without_delay(late, 0.07)))
+    assert square < 1e-3 * mean_square(late)
+    assert refitted_clock(late, guess, mean_square, np.inf) == (
+        guess,
+        mean_square(without_delay(late, 0.07)),
+    )
 
 
 def test_squares_of_all_lags_by_transforms_are_those_of_each_lag():

@@ -13,7 +13,7 @@ from tests.diagnosis.wiring.test_wiring_rules import (
     campaign,
     checked,
     fit_leaving,
-    told,
+    warning_texts,
 )
 
 
@@ -27,22 +27,22 @@ def gained_record(gain, noise=0.05):
 
 
 def test_a_gain_without_a_gap_is_told_beyond_what_calibrations_give():
-    def found(gain, before=1.0, **options):
+    def findings(gain, before=1.0, **options):
         linear = [gained_record(gain, **options)]
-        return told(checked(before, linear=linear, noise_std=(1.0, 1.0, 1.0))[0])
+        return warning_texts(checked(before, linear=linear, noise_std=(1.0, 1.0, 1.0))[0])
 
-    (key, text), *others = found(0.05).items()
+    (key, text), *others = findings(0.05).items()
     assert key == ("gain", "q0")
     assert text.startswith("q0 reads 4.8% too much relative to the other channels, ")
     assert others == []
-    text = found(-0.05)["gain", "q0"]
+    text = findings(-0.05)["gain", "q0"]
     assert text.startswith("q0 reads 5.2% too little relative to the other channels, ")
-    assert found(0.025) != {}
-    assert found(0.015) == {}
+    assert findings(0.025) != {}
+    assert findings(0.015) == {}
     # Not beyond doubt.
-    assert found(0.025, noise=1.0) == {}
+    assert findings(0.025, noise=1.0) == {}
     # With a gap it is an effect of the library.
-    assert ("gain", "q0") not in found(0.05, before=2.0)
+    assert ("gain", "q0") not in findings(0.05, before=2.0)
 
 
 def test_a_gain_within_three_deviations_of_a_declared_calibration_is_not_told():
@@ -52,8 +52,8 @@ def test_a_gain_within_three_deviations_of_a_declared_calibration_is_not_told():
     )
     for declared, is_told in ((0.014, True), (0.018, False)):
         channels = (replace(three.channels[0], gain_std=declared), *three.channels[1:])
-        own = replace(three, channels=channels)
-        check = checked_baseline(PROBLEM, own, checks, fit_leaving(1.0))
+        with_declared = replace(three, channels=channels)
+        check = checked_baseline(PROBLEM, with_declared, checks, fit_leaving(1.0))
         assert bool(check.warnings) == is_told
 
 

@@ -33,8 +33,10 @@ def test_a_clock_that_drifts_in_every_run_is_told_with_its_rate(rate):
         angle = run.inputs["carrier_angle"]
         return replace(run, inputs={**run.inputs, "carrier_angle": (1.0 + rate) * angle})
 
-    told = {about: text for (id_, about), text in rivals(campaign(fast)).items() if "clock" in id_}
-    ((about, text),) = told.items()
+    clocks = {
+        about: text for (id_, about), text in rivals(campaign(fast)).items() if "clock" in id_
+    }
+    ((about, text),) = clocks.items()
     assert sorted(about.split(", ")) == [f"run{k}" for k in range(1, 6)]
     assert float(text.split(" by ")[1].split(" ppm")[0]) == pytest.approx(2000.0, rel=0.05)
 
@@ -56,9 +58,9 @@ def test_one_channel_that_is_late_is_told_with_its_delay(name, delay):
 
 
 def test_a_misplaced_sensor_is_none_that_is_late():
-    told = rivals(campaign(effect="sensor_angle"))
-    assert "2.3 degrees from its place" in told[MISPLACED, "s137"]
-    assert (LATE, "s137") not in told
+    findings = rivals(campaign(effect="sensor_angle"))
+    assert "2.3 degrees from its place" in findings[MISPLACED, "s137"]
+    assert (LATE, "s137") not in findings
 
 
 @pytest.mark.long

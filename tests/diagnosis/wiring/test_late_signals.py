@@ -59,7 +59,7 @@ def test_a_drift_of_one_run_is_told_of_that_run_alone():
 def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
     """Offsets of three runs as columns of their own, or as three columns that all runs share."""
     offsets = [0.005, -0.002, 0.001]
-    own, shared = [], []
+    by_run, shared = [], []
     for k, offset in enumerate(offsets):
         run = record(k, name=str(k), delay=0.01)
         moved = replace(run, residual=run.residual + offset)
@@ -67,9 +67,9 @@ def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
         zeros = np.zeros((len(offsets), *run.residual.shape))
         zeros[k] = 1.0
         size = run.columns[:1]
-        own.append(replace(moved, columns=np.concatenate([one, size]), n_of_run=1))
+        by_run.append(replace(moved, columns=np.concatenate([one, size]), n_of_run=1))
         shared.append(replace(moved, columns=np.concatenate([zeros, size])))
-    (result,), (expected,) = late_signals(own), late_signals(shared)
+    (result,), (expected,) = late_signals(by_run), late_signals(shared)
     assert result.seconds == pytest.approx(expected.seconds, rel=1e-9)
     # The shared fit's scatter holds the offsets themselves.
     assert result.std == pytest.approx(expected.std, rel=0.05)

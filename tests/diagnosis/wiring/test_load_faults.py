@@ -50,7 +50,7 @@ def test_one_run_is_put_right_alone():
 def test_a_held_input_comes_back_as_straight_lines_between_its_readings():
     campaign = loaded()
     ramp = {run.name: np.linspace(0.0, 1.0, run.time.size) ** 2 for run in campaign.runs}
-    held = replace(
+    staircase = replace(
         campaign,
         runs=tuple(
             replace(
@@ -64,7 +64,7 @@ def test_a_held_input_comes_back_as_straight_lines_between_its_readings():
         ),
     )
     assert not list(held_inputs(campaign))
-    (fault,) = held_inputs(held)
+    (fault,) = held_inputs(staircase)
     assert (fault.id, fault.about) == ("wiring/held_input", "torque")
     for run in fault.corrected.runs:
         assert_allclose(run.inputs["torque"][:-4], ramp[run.name][:-4], atol=1e-4)

@@ -17,7 +17,7 @@ def campaign():
     return force_campaign(no_law)
 
 
-def told(campaign, change):
+def checks_with_findings(campaign, change):
     """Checks that find something in records whose prediction misses ``change(time, signal)``."""
     rng = np.random.default_rng(5)
     records = []
@@ -29,7 +29,7 @@ def told(campaign, change):
 
 
 def test_noise_alone_says_nothing(campaign):
-    assert told(campaign, lambda time, signal: 0.0 * time) == []
+    assert checks_with_findings(campaign, lambda time, signal: 0.0 * time) == []
 
 
 @pytest.mark.parametrize("floors", [2.0, 10.0])
@@ -37,14 +37,14 @@ def test_a_tone_as_large_in_every_run_is_told(campaign, floors):
     def hum(time, signal):
         return floors * NOISE * np.sin(2.0 * np.pi * 7.37 * time)
 
-    assert told(campaign, hum) == ["tone"]
+    assert checks_with_findings(campaign, hum) == ["tone"]
 
 
 def test_a_line_that_grows_with_the_motion_is_the_machine(campaign):
     def overtone(time, signal):
         return 0.2 * np.std(signal) * np.sin(2.0 * np.pi * 7.37 * time)
 
-    assert told(campaign, overtone) == []
+    assert checks_with_findings(campaign, overtone) == []
 
 
 def test_a_line_at_the_drives_frequency_is_the_machine(campaign):
@@ -60,8 +60,8 @@ def test_a_line_at_the_drives_frequency_is_the_machine(campaign):
     def friction(time, signal):
         return 10.0 * NOISE * np.sin(3.0 * 46.3 * time)
 
-    assert told(campaign, friction) == ["tone"]
-    assert told(one_line, friction) == []
+    assert checks_with_findings(campaign, friction) == ["tone"]
+    assert checks_with_findings(one_line, friction) == []
 
 
 def test_few_samples_that_make_the_gap_are_told(campaign):
@@ -70,12 +70,17 @@ def test_few_samples_that_make_the_gap_are_told(campaign):
         change[[700, 1400]] = 50.0 * NOISE
         return change
 
-    assert told(campaign, dropouts) == ["outliers"]
+    assert checks_with_findings(campaign, dropouts) == ["outliers"]
 
 
 def test_a_gap_of_many_samples_is_none_of_them(campaign):
     """Dry friction: a jump at every turn of the motion, which lasts."""
-    assert told(campaign, lambda time, signal: 20.0 * NOISE * np.sign(np.gradient(signal))) == []
+    assert (
+        checks_with_findings(
+            campaign, lambda time, signal: 20.0 * NOISE * np.sign(np.gradient(signal))
+        )
+        == []
+    )
 
 
 def test_the_worst_sample_is_where_it_is_said_to_be(campaign):

@@ -33,16 +33,17 @@ def records(campaign, factors):
 def test_runs_that_fit_the_wrong_inputs_a_little_better_are_refitted(campaign):
     signals = [run.signals for run in campaign.runs]
 
-    def left(trial):
+    def mean_square(trial):
         """Mean square of a refit: nothing with the signals of the first two runs exchanged."""
         taken = [
-            next(k for k, own in enumerate(signals) if own is run.signals) for run in trial.runs
+            next(k for k, signals_of_run in enumerate(signals) if signals_of_run is run.signals)
+            for run in trial.runs
         ]
         return 0.0 if taken == [1, 0, 2] else 9.0
 
     # The fit lies between the two runs, a little nearer to the pairs that it has met.
     met = records(campaign, [(1.0, 1.52), (2.0, 1.5), (5.0, 5.0)])
-    (result,) = exchanged_runs(met, campaign, left)
+    (result,) = exchanged_runs(met, campaign, mean_square)
     assert (result.id, result.about, result.mean_square) == (RUN_ORDER, "one, two", 0.0)
 
 

@@ -121,5 +121,5 @@ def test_a_channel_that_saturates_is_told_with_its_end():
 
 @pytest.mark.parametrize("law", [no_law, cubic])
 def test_a_load_as_it_was_has_neither_noise_nor_a_drifting_gain(law):
-    told = rivals(lambda load, q, *_: (load, q), law)
-    assert not {LOAD_NOISE, GROWTH, CURVED} & set(told)
+    findings = rivals(lambda load, q, *_: (load, q), law)
+    assert not {LOAD_NOISE, GROWTH, CURVED} & set(findings)

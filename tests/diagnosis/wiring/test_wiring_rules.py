@@ -99,9 +99,9 @@ def fit_leaving(mean_square, parameters=(), values=()):
     return SimpleNamespace(parameters=parameters, theta=theta, sums=sums, known={})
 
 
-def rival(left, about="torque"):
+def rival(mean_square, about="torque"):
     text = f"the {about} of the other sign"
-    return WiringRival("wiring/torque_sign", about, text, left, "a line")
+    return WiringRival("wiring/torque_sign", about, text, mean_square, "a line")
 
 
 def checked(
@@ -114,9 +114,9 @@ def checked(
         refitted.append(again)
         return refits
 
-    def of_fit(theta, found):
+    def of_fit(theta, result):
         assert theta is THETA
-        return found
+        return result
 
     checks = WiringChecks(
         rivals=lambda: tuple(rivals),
@@ -130,7 +130,7 @@ def checked(
     return check, len(refitted)
 
 
-def told(check):
+def warning_texts(check):
     return {(warning.check, warning.about): warning.text for warning in check.warnings}
 
 
@@ -180,24 +180,24 @@ def test_signals_that_are_late_below_the_gap_are_told():
     text = warning.text
     assert text.startswith("the signals are 2 ms behind the inputs, ")
     assert text.endswith(" standard deviations")
-    early = told(checked(1.0, linear=[late_record("A", delay=-0.002)], refits=1.2)[0])
+    early = warning_texts(checked(1.0, linear=[late_record("A", delay=-0.002)], refits=1.2)[0])
     assert early["delay", "all channels"].startswith("the signals are 2 ms before the inputs")
     # Put back, a gap is open that was none: the slopes said nothing.
-    assert told(checked(1.0, linear=[late_record("A", delay=0.002)], refits=1.21)[0]) == {}
+    assert warning_texts(checked(1.0, linear=[late_record("A", delay=0.002)], refits=1.21)[0]) == {}
 
 
 def test_a_small_part_of_a_step_is_no_delay():
     # Of 10 ms a twentieth.
     for delay, is_told in ((0.00055, True), (0.00045, False)):
         records = [late_record("A", delay=delay, noise=1e-4)]
-        assert bool(told(checked(1.0, linear=records, refits=1.0)[0])) is is_told
+        assert bool(warning_texts(checked(1.0, linear=records, refits=1.0)[0])) is is_told
 
 
 def test_clocks_that_drift_below_the_gap_are_told_by_run_without_another_fit():
     check, refits = checked(
         1.0, linear=[late_record("A"), late_record("B", drift=0.02)], refits=9.0
     )
-    ((key, text),) = told(check).items()
+    ((key, text),) = warning_texts(check).items()
     assert key == ("clock", "B")
     assert text.startswith("the clocks of signals and inputs drift apart by 20 ms over run B, ")
     assert refits == 0
@@ -226,8 +226,10 @@ def test_a_clock_that_drifts_beside_a_gap_is_a_rival_by_what_it_explains():
 def test_of_two_looks_at_one_run_the_better_counts():
     exact = [late_record("A", drift=0.02, noise=1e-5)]
     late = [ClockDrift("A", 0.0, 0.03)]
-    for left, drift in ((4.0, "20 ms"), (0.0, "30 ms")):
-        check, _ = checked(9.0, linear=exact, records="A", names="A", late=late, refits=left)
+    for refit_square, drift in ((4.0, "20 ms"), (0.0, "30 ms")):
+        check, _ = checked(
+            9.0, linear=exact, records="A", names="A", late=late, refits=refit_square
+        )
         # Every refit leaves the same here, that without a drift of the zeros too.
         (result,) = [rival for rival, _ in check.rivals if rival.id == "wiring/clock"]
         assert result.about == "A"
@@ -243,27 +245,29 @@ def test_a_guess_stands_where_it_leaves_three_hundredths_of_the_gap():
 
 
 def test_a_delay_that_no_fit_finds_its_way_back_from_is_told_where_it_explains_the_gap():
-    def found(delay, left, run=""):
+    def checked_delay(delay, mean_square, run=""):
         late = [ClockDrift(run, delay, 0.0)]
-        return checked(9.0, records="A", names="A", late=late, refits=left)[0]
+        return checked(9.0, records="A", names="A", late=late, refits=mean_square)[0]
 
-    assert told(found(0.0301, 5.0)) == {
+    assert warning_texts(checked_delay(0.0301, 5.0)) == {
         ("delay", "all channels"): (
             "the signals are 30 ms behind the inputs, put back, the baseline alone explains 50% of "
             "the gap"
         )
     }
-    assert "before the inputs" in told(found(-0.0301, 3.0))["delay", "all channels"]
-    assert told(found(0.0301, 5.01)) == {}
+    assert (
+        "before the inputs" in warning_texts(checked_delay(-0.0301, 3.0))["delay", "all channels"]
+    )
+    assert warning_texts(checked_delay(0.0301, 5.01)) == {}
     # Less than three steps is an effect of the library.
-    assert told(found(0.0299, 3.0)) == {}
+    assert warning_texts(checked_delay(0.0299, 3.0)) == {}
     # The clock of one run is a rival, no delay of all signals.
-    check = found(0.0301, 3.0, "A")
-    assert {key[0] for key in told(check)} == {"wiring"}
+    check = checked_delay(0.0301, 3.0, "A")
+    assert {key[0] for key in warning_texts(check)} == {"wiring"}
     assert [rival.id for rival, _ in check.rivals] == ["wiring/clock"]
     assert check.rivals[0][0].text == "a clock that is 30.1 ms off in run A"
-    assert found(0.0301, 3.0).rivals == ()
-    assert found(0.0301, np.inf, "A").rivals == ()
+    assert checked_delay(0.0301, 3.0).rivals == ()
+    assert checked_delay(0.0301, np.inf, "A").rivals == ()
 
 
 def test_what_was_not_looked_for_is_told_where_there_is_a_gap():
@@ -288,12 +292,12 @@ def parameter(name, lower=0.0, upper=np.inf, effect=BASELINE, **options):
 
 
 def bounds_told(*pairs):
-    parameters = tuple(own for own, _ in pairs)
+    parameters = tuple(unknown for unknown, _ in pairs)
     fit = fit_leaving(1.0, parameters, [value for _, value in pairs])
     checks = WiringChecks(lambda: (), lambda theta: (), lambda campaign: np.inf)
     check = checked_baseline(PROBLEM, campaign(), checks, fit)
     bounds = [warning for warning in check.warnings if warning.check == "bound"]
-    assert all(own.remedy.startswith("no physical value fits: check") for own in bounds)
+    assert all(warning.remedy.startswith("no physical value fits: check") for warning in bounds)
     return {warning.about: warning.text for warning in bounds}
 
 
@@ -332,8 +336,8 @@ def test_noise_that_is_declared_far_above_the_gap_is_told():
     assert (warning.check, warning.about) == ("declared_noise", "q0, q1")
     assert warning.text == "the whole gap of the baseline is 0.49 of the declared noise"
     assert warning.remedy.startswith("leave noise_std out, or take it from repeats")
-    assert told(checked(0.25)[0]) == {}
-    assert told(checked(0.24, noise_std=(1.0, None))[0]) == {}
+    assert warning_texts(checked(0.25)[0]) == {}
+    assert warning_texts(checked(0.24, noise_std=(1.0, None))[0]) == {}
 
 
 REDUCTION = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0))
@@ -380,21 +384,21 @@ def test_findings_of_records_and_baseline_are_told_with_every_verdict():
 
 
 def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
-    def beside(share, phi=0.875, verdict=NAMED):
+    def with_rival(share, phi=0.875, verdict=NAMED):
         return with_findings(named(verdict, phi), (), BaselineCheck((), ((rival(1.0), share),)))
 
     for verdict in (NAMED, NAMED_WITH_REMAINDER, ALIASED, CLASS_NAMED):
-        assert beside(0.8451, verdict=verdict).verdict == ALIASED
-    result = beside(0.8451)
+        assert with_rival(0.8451, verdict=verdict).verdict == ALIASED
+    result = with_rival(0.8451)
     assert result.reason == (
         "check the measurement first: with the torque of the other sign the baseline alone "
         "explains 85% of the gap; otherwise why"
     )
     assert result.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
-    assert beside(0.8449).verdict == NAMED
+    assert with_rival(0.8449).verdict == NAMED
     # No share of what is named is above one.
-    assert beside(0.971, phi=3.0).verdict == ALIASED
-    assert beside(0.969, phi=3.0).verdict == NAMED
+    assert with_rival(0.971, phi=3.0).verdict == ALIASED
+    assert with_rival(0.969, phi=3.0).verdict == NAMED
 
 
 def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
@@ -417,35 +421,37 @@ def test_a_wrong_unit_is_an_alias_of_whatever_is_named():
 
 
 def test_a_clock_that_was_moved_is_an_alias_of_a_delay_alone():
-    def beside(*checks, **options):
+    def with_checks(*checks, **options):
         return with_findings(named(**options), tuple(map(finding, checks)), BaselineCheck((), ()))
 
-    result = beside("clock_shift", effects=("tilt", "sensor_delay"))
+    result = with_checks("clock_shift", effects=("tilt", "sensor_delay"))
     assert result.verdict == ALIASED
     assert result.attribution.aliases[-1] == ("sensor_delay", "wiring/clock_shift")
     delays = ("delay", "sensors/delay")
-    result = beside("clock_shift", effects=(), classes=(*delays, "spring"), verdict=CLASS_NAMED)
+    result = with_checks(
+        "clock_shift", effects=(), classes=(*delays, "spring"), verdict=CLASS_NAMED
+    )
     assert result.attribution.aliases[-1] == (*delays, "wiring/clock_shift")
     assert result.reason == "check the measurement first: text of clock_shift; otherwise why"
-    result = beside("unit", "clock_shift", effects=("sensor_delay",))
+    result = with_checks("unit", "clock_shift", effects=("sensor_delay",))
     assert "first: text of unit; text of clock_shift; otherwise" in result.reason
-    assert beside("clock_shift", classes=("spring", "delayed")).verdict == NAMED
-    assert beside("clock_shift").verdict == NAMED
-    assert beside("tone", effects=("sensor_delay",)).verdict == NAMED
+    assert with_checks("clock_shift", classes=("spring", "delayed")).verdict == NAMED
+    assert with_checks("clock_shift").verdict == NAMED
+    assert with_checks("tone", effects=("sensor_delay",)).verdict == NAMED
 
 
 def test_a_fault_that_any_cause_may_look_like_must_explain_more_than_what_is_named():
-    def beside(fault, share, phi=0.9, **options):
+    def with_fault(fault, share, phi=0.9, **options):
         one = replace(rival(1.0), id=fault)
         return with_findings(named(NAMED, phi, **options), (), BaselineCheck((), ((one, share),)))
 
     # A cause that grows with the load gives every run, or one, values of its own.
     for fault in ("run_variation", "wiring/run"):
-        assert beside(fault, 0.92).verdict == NAMED
-        assert beside(fault, 0.94).verdict == ALIASED
+        assert with_fault(fault, 0.92).verdict == NAMED
+        assert with_fault(fault, 0.94).verdict == ALIASED
     # The gain of a sensor that is named is that of its channel.
-    assert beside("wiring/channel_gain", 0.92, effects=("sensor_gain",)).verdict == NAMED
-    assert beside("wiring/polarity", 0.92, effects=("sensor_gain",)).verdict == ALIASED
+    assert with_fault("wiring/channel_gain", 0.92, effects=("sensor_gain",)).verdict == NAMED
+    assert with_fault("wiring/polarity", 0.92, effects=("sensor_gain",)).verdict == ALIASED
     # One channel is less to believe than a matrix of all.
     maps = named(CLASS_NAMED, 1.0, effects=(), classes=("stiffness_map",))
     for share, verdict in ((0.91, ALIASED), (0.89, CLASS_NAMED)):
@@ -462,8 +468,8 @@ def test_values_by_run_are_no_finding_beside_a_cause_that_explains_as_much():
 def test_the_headline_names_the_fault_first_and_every_alternative():
     fault = replace(finding("wiring"), id="wiring/polarity", about="s1", figure=0.98)
     one = replace(rival(1.0), id="wiring/polarity")
-    told = with_findings(named(NAMED, 0.9), (), BaselineCheck((fault,), ((one, 0.98),)))
-    assert verdict_heading(told) == (
+    diagnosis = with_findings(named(NAMED, 0.9), (), BaselineCheck((fault,), ((one, 0.98),)))
+    assert verdict_heading(diagnosis) == (
         "Check s1 first (polarity): it explains 98 % of the gap; otherwise the gap is explained by "
         "one of several causes. Cannot be distinguished in these records: one of tilt; offset; a "
         "fault of the measurement (polarity)"

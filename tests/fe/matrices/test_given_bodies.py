@@ -177,9 +177,9 @@ def test_the_body_is_that_of_our_own_couplings_on_the_same_matrices(by_calculix,
     K, M = by_calculix.structure.K, by_calculix.structure.M
     pilots = bar((3, 1, 1)).pilots
     points = [np.array([x, 0.015, 0.025]) for x in (0.0, 0.3)]
-    own = [type(p)(n, x, p.G) for p, n, x in zip(pilots, ("start", "end"), points, strict=True)]
+    given = [type(p)(n, x, p.G) for p, n, x in zip(pilots, ("start", "end"), points, strict=True)]
     ours = with_equal_node_weights(
-        StructuralModel("bar", K, M, steel_bar.points, tuple(own)), steel_bar
+        StructuralModel("bar", K, M, steel_bar.points, tuple(given)), steel_bar
     )
     a, b = craig_bampton(ours, 6), reduced(by_calculix)
     assert_allclose(b.model.K, a.model.K, rtol=1e-9, atol=1e-9 * np.abs(a.model.K).max())
@@ -304,8 +304,8 @@ def test_the_printed_frequencies_of_a_superelement_with_modal_coordinates(tmp_pa
         for three in (first, first + 3):
             T[three : three + 3, three : three + 3] = axes
     K, M = (T @ model[name][101] @ T.T for name in ("kaa", "maa"))
-    places = [[g, *map(float, uset.loc[(g, 1), "x":"z"])] for g in grids]
-    text = f"[nodes]\npositions = {places}\ndofs = {rows}\n"
+    positions = [[g, *map(float, uset.loc[(g, 1), "x":"z"])] for g in grids]
+    text = f"[nodes]\npositions = {positions}\ndofs = {rows}\n"
     text += f'[[pilots]]\nname = "grid"\ntype = "nodes"\nnodes = {grids}\n'
     body = small_files(tmp_path, K, M, text.replace("'", '"'))
     reduction = reduced(body, 22)
@@ -339,8 +339,8 @@ def eight(printed, steel_bar, tmp_path):
     """Body with the boundary of MYSTRAN's CB-EXAMPLE-12: 123 at two grids, 23 at one."""
     points = steel_bar.points
     chosen = [
-        int(np.flatnonzero(np.abs(points - place).max(axis=1) < 1e-9)[0]) + 1
-        for place in ([0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.03, 0.05])
+        int(np.flatnonzero(np.abs(points - position).max(axis=1) < 1e-9)[0]) + 1
+        for position in ([0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.03, 0.05])
     ]
     text = BOUNDARY
     for mark, number in zip(("NA", "NB", "NC"), chosen, strict=True):
@@ -389,13 +389,13 @@ def test_a_body_held_to_the_ground_has_no_free_motions(printed, steel_bar, tmp_p
     # As CalculiX and others write it where a boundary condition holds a face: without its rows.
     K, M = printed
     points = steel_bar.points
-    kept = np.repeat(points[:, 0] > 1e-9, 3)
+    rows = np.repeat(points[:, 0] > 1e-9, 3)
     tip = np.flatnonzero(np.abs(points[:, 0] - 0.3) < 1e-9) + 1
     listed = [[i + 1, *map(float, p)] for i, p in enumerate(points) if p[0] > 1e-9]
     text = f"[nodes]\npositions = {listed}\n" + (
         f'[[pilots]]\nname = "tip"\ntype = "distributing"\nnodes = {tip.tolist()}\n'
     )
-    body = small_files(tmp_path, K[kept][:, kept], M[kept][:, kept], text)
+    body = small_files(tmp_path, K[rows][:, rows], M[rows][:, rows], text)
     assert body.structure.free_motions.shape == (6, 0)
     assert "0 of six rigid motions are free" in body.warnings[0]
     reduction = reduced(body, 12)
@@ -408,9 +408,9 @@ def test_a_body_held_to_the_ground_has_no_free_motions(printed, steel_bar, tmp_p
     G = STEEL.E / (2.0 * (1.0 + STEEL.nu))
     expected = 0.3**3 / (3.0 * STEEL.E * inertia) + 0.3 / (5.0 / 6.0 * G * area)
     assert_allclose(q[2], expected, rtol=0.1)
-    held = body.structure
-    G = held.pilots[0].G.toarray()
-    assert_allclose(q[2], G[2] @ np.linalg.solve(held.K.toarray(), G[2]), rtol=1e-8)
+    structure = body.structure
+    G = structure.pilots[0].G.toarray()
+    assert_allclose(q[2], G[2] @ np.linalg.solve(structure.K.toarray(), G[2]), rtol=1e-8)
     assert reduction.model.ffrf is None
 
 
@@ -572,12 +572,12 @@ def hinged_frame():
     second[6:, :6] = K[12:, 6:12]
     second[6:, 6:] = K[12:, 12:]
     second[:6, :6] = -K[6:12, 12:] @ motion
-    whole = np.zeros((19, 19))
-    whole[:18, :18] = K
-    whole[6:18, 6:18] -= second
+    K_hinged = np.zeros((19, 19))
+    K_hinged[:18, :18] = K
+    K_hinged[6:18, 6:18] -= second
     rows = [6, 7, 8, 9, 10, 18, *range(12, 18)]
-    whole[np.ix_(rows, rows)] += second
-    return whole
+    K_hinged[np.ix_(rows, rows)] += second
+    return K_hinged
 
 
 HINGED = FRAME.replace(

@@ -51,9 +51,9 @@ def symmetric(n=12, density=0.4):
     return sp.csr_array(A + A.T + sp.diags_array(np.abs(RNG.standard_normal(n)) + 1.0))
 
 
-def same(found, expected):
+def same(stored, expected):
     """Whether every number is the same, to the last bit."""
-    return np.array_equal(found.toarray(), expected.toarray())
+    return np.array_equal(stored.toarray(), expected.toarray())
 
 
 def printed(text, n):
@@ -139,8 +139,8 @@ def test_dmig_of_nastran_is_read_as_pyyeti_does():
         header = re.search(rf"^DMIG    {name.upper():8s} +0 +(\d) +(\d)", text, re.MULTILINE)
         if frame.shape[0] != frame.shape[1] or header[1] not in "16" or header[2] not in "12":
             continue
-        own = "\n".join(_cards_of(text, name.upper()))
-        stored = read_dmig(path, own.encode(), "stiffness")
+        cards = "\n".join(_cards_of(text, name.upper()))
+        stored = read_dmig(path, cards.encode(), "stiffness")
         index = [
             (int(n), int(c) + 1)
             for n, c in zip(stored.dofs.nodes, stored.dofs.components, strict=True)
@@ -264,11 +264,11 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("name", "content", "told"), BAD)
-def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, told, tmp_path):
+@pytest.mark.parametrize(("name", "content", "message"), BAD)
+def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, message, tmp_path):
     path = tmp_path / name
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=re.escape(told)) as caught:
+    with pytest.raises(ValueError, match=re.escape(message)) as caught:
         read_matrix(path, "stiffness")
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -277,9 +277,9 @@ def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, to
 def test_an_npz_whose_array_has_no_readable_head_is_refused(tmp_path):
     """numpy reads the head of an array as Python, whose tokenizer has an error of its own."""
     head = b"{'descr': '<f8', (".ljust(53) + b"\n"
-    part = b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head
+    content = b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head
     with zipfile.ZipFile(tmp_path / "k.npz", "w") as archive:
-        archive.writestr("format.npy", part)
+        archive.writestr("format.npy", content)
     with pytest.raises(ValueError, match=r"k\.npz: "):
         read_matrix(tmp_path / "k.npz", "stiffness")
     with pytest.raises(ValueError, match=r"k\.npz: is no state of a watch"):
@@ -290,8 +290,10 @@ def test_an_npz_whose_array_has_no_readable_head_is_refused(tmp_path):
 def test_an_npz_that_unpacks_to_far_more_than_its_size_is_refused_unread(layout, tmp_path):
     """Explicit zeros pack a thousand to one."""
     n, names = 2_000_000, ("row", "col") if layout == "coo" else ("indices", "indptr")
-    parts = {name: np.zeros(n, np.int32) for name in names} | {"data": np.zeros(n)}
-    np.savez_compressed(tmp_path / "k.npz", format=layout.encode(), shape=np.array([9, 9]), **parts)
+    arrays = {name: np.zeros(n, np.int32) for name in names} | {"data": np.zeros(n)}
+    np.savez_compressed(
+        tmp_path / "k.npz", format=layout.encode(), shape=np.array([9, 9]), **arrays
+    )
     with pytest.raises(ValueError, match=r"k\.npz: its arrays unpack to 32\d+ bytes from \d+;"):
         read_matrix(tmp_path / "k.npz", "stiffness")
 
@@ -488,13 +490,13 @@ def of_digits(digits):
 
 
 @pytest.mark.parametrize(
-    ("digits", "told"),
+    ("digits", "warning"),
     [(4, "has 4 significant digits"), (6, "has 6 significant digits"), (9, ""), (17, "")],
 )
-def test_few_digits_of_a_stiffness_are_named(digits, told):
+def test_few_digits_of_a_stiffness_are_named(digits, warning):
     note = precision_note(of_digits(digits))
-    assert told in note
-    assert bool(note) == bool(told)
+    assert warning in note
+    assert bool(note) == bool(warning)
 
 
 def test_single_precision_is_named_and_round_numbers_are_not():

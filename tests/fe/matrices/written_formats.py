@@ -17,8 +17,8 @@ def abaqus_input(path, K, n_components):
 
 def abaqus_coordinates(path, K):
     """Both triangles as row, column, value."""
-    whole = sp.coo_array(K)
-    rows = zip(*whole.coords, whole.data, strict=True)
+    entries = sp.coo_array(K)
+    rows = zip(*entries.coords, entries.data, strict=True)
     path.write_text("".join(f"{i + 1:8d} {j + 1:8d} {value: .17e}\n" for i, j, value in rows))
 
 

@@ -148,9 +148,9 @@ def test_matrices_are_scikit_fems(kind, folder):
     rows = rows.reshape(corners.shape)
     if kind.startswith("hexa"):
         # scikit-fem numbers corners by its own places.
-        own = np.asarray(skfem.ElementHex1.doflocs)
+        theirs = np.asarray(skfem.ElementHex1.doflocs)
         ours = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
-        rows = rows[:, [int(np.argmin(np.abs(ours - place).sum(axis=1))) for place in own]]
+        rows = rows[:, [int(np.argmin(np.abs(ours - corner).sum(axis=1))) for corner in theirs]]
     basis = skfem.Basis(
         element[0](mesh.points[used].T, rows.T), skfem.ElementVector(element[1]()), intorder=6
     )
@@ -158,8 +158,8 @@ def test_matrices_are_scikit_fems(kind, folder):
     expected_M = mass_form(STEEL.rho).assemble(basis).tocsr()
     K, M = solid_matrices(mesh, {"left": STEEL, "right": STEEL})
     # The same degrees of freedom by their places.
-    places = basis.doflocs.T
-    node = np.array([np.linalg.norm(mesh.points - p, axis=1).argmin() for p in places])
+    positions = basis.doflocs.T
+    node = np.array([np.linalg.norm(mesh.points - p, axis=1).argmin() for p in positions])
     axis = np.zeros(len(node), dtype=int)
     for a in range(3):
         for group in (basis.nodal_dofs, basis.edge_dofs, basis.facet_dofs, basis.interior_dofs):
@@ -234,7 +234,7 @@ def test_inverted_elements_are_refused(folder):
 
 
 @pytest.mark.parametrize(
-    ("scale", "length", "told"),
+    ("scale", "length", "warning"),
     [
         (1.0, 0.001, "0.002 m across, by [units] length = 0.001; .* in metres, write length = 1$"),
         (1000.0, 1.0, "2e+03 m across, .* in millimetres, write length = 0.001$"),
@@ -244,7 +244,7 @@ def test_inverted_elements_are_refused(folder):
     ],
 )
 def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(
-    scale, length, told, folder, read_here
+    scale, length, warning, folder, read_here
 ):
     def scaled(nodes):
         rows = np.array([line.split(",") for line in nodes[0].splitlines()], dtype=float)
@@ -260,9 +260,9 @@ def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(
     toml.write_text(text.replace("[materials.left]", units))
     warnings = solid_body(folder / "sized.inp", read_interfaces(toml)).warnings
     named = [line for line in warnings if "m across" in line]
-    assert len(named) == (told is not None)
-    if told is not None:
-        assert re.search(told.replace("[units]", r"\[units\]").replace("+", r"\+"), named[0])
+    assert len(named) == (warning is not None)
+    if warning is not None:
+        assert re.search(warning.replace("[units]", r"\[units\]").replace("+", r"\+"), named[0])
 
 
 @pytest.mark.parametrize(("x", "far"), [(0.1, False), (100.0, True), (-30.0, True)])

@@ -42,12 +42,12 @@ def test_gaps_stay_gaps_and_nothing_else_is_lost():
     run = carrier_campaign([run_case(sample_rate=50.0)], noise_std=0.0).runs[0]
     signal = run.signals["s137"].copy()
     signal[200:230] = np.nan
-    whole = resampled_to_angle(run, 64)
+    complete = resampled_to_angle(run, 64)
     gappy = resampled_to_angle(replace(run, signals={**run.signals, "s137": signal}), 64)
     lost = np.isnan(gappy.signals["s137"])
-    inside = (whole.time > run.time[199]) & (whole.time < run.time[230])
+    inside = (complete.time > run.time[199]) & (complete.time < run.time[230])
     assert (lost == inside).all()
-    assert_allclose(gappy.signals["s137"][~lost], whole.signals["s137"][~lost], atol=1e-8)
+    assert_allclose(gappy.signals["s137"][~lost], complete.signals["s137"][~lost], atol=1e-8)
 
 
 def test_a_carrier_that_turns_backwards_is_resampled_as_well():

@@ -8,32 +8,32 @@ from tests.identification.synthetic_campaigns import carrier_campaign
 
 
 @pytest.fixture(scope="module")
-def whole():
+def campaign():
     return carrier_campaign()
 
 
-def test_nothing_chosen_is_the_campaign(whole):
-    same = campaign_part(whole)
-    assert [run.name for run in same.runs] == [run.name for run in whole.runs]
-    assert same.channels == whole.channels
-    assert vars(same.baseline) == vars(whole.baseline)
+def test_nothing_chosen_is_the_campaign(campaign):
+    same = campaign_part(campaign)
+    assert [run.name for run in same.runs] == [run.name for run in campaign.runs]
+    assert same.channels == campaign.channels
+    assert vars(same.baseline) == vars(campaign.baseline)
 
 
-def test_runs_and_channels_that_are_not_chosen_are_gone(whole):
-    part = campaign_part(whole, runs=["LC2"], channels=["s317", "s047"])
-    assert [run.name for run in part.runs] == ["LC2"]
-    assert [channel.name for channel in part.channels] == ["s047", "s317"]
-    assert set(part.runs[0].signals) == {"s047", "s317"}
+def test_runs_and_channels_that_are_not_chosen_are_gone(campaign):
+    selected = campaign_part(campaign, runs=["LC2"], channels=["s317", "s047"])
+    assert [run.name for run in selected.runs] == ["LC2"]
+    assert [channel.name for channel in selected.channels] == ["s047", "s317"]
+    assert set(selected.runs[0].signals) == {"s047", "s317"}
 
 
-def test_only_the_effects_that_are_named_are_looked_for(whole):
-    part = campaign_part(whole, baseline=["carrier_tilt"], effects=["housing_tilt"])
-    assert part.baseline.effects == ("carrier_tilt",)
-    known = set(part.contract.effects)
-    assert set(part.baseline.impossible) == known - {"carrier_tilt", "housing_tilt"}
+def test_only_the_effects_that_are_named_are_looked_for(campaign):
+    selected = campaign_part(campaign, baseline=["carrier_tilt"], effects=["housing_tilt"])
+    assert selected.baseline.effects == ("carrier_tilt",)
+    known = set(selected.contract.effects)
+    assert set(selected.baseline.impossible) == known - {"carrier_tilt", "housing_tilt"}
 
 
-def test_unknown_names_are_refused_together(whole):
+def test_unknown_names_are_refused_together(campaign):
     with pytest.raises(ValueError, match="--runs names 'LC9'") as refused:
-        campaign_part(whole, runs=["LC9"], channels=["x"], effects=["magic"], baseline=["luck"])
+        campaign_part(campaign, runs=["LC9"], channels=["x"], effects=["magic"], baseline=["luck"])
     assert len(problems_of(refused.value)) == 4

@@ -29,5 +29,9 @@ def test_an_effect_that_the_file_lacks_is_noticed(monkeypatch):
 def test_a_carrier_knows_the_parameters_of_its_own_number_of_planets(n_planets):
     known = campaign_kind("carrier", {"n_planets": n_planets}).parameters
     for name, effect in effects_of(n_planets).items():
-        published = [own for parameter in effect.parameters for own in published_names(parameter)]
+        published = [
+            published_name
+            for parameter in effect.parameters
+            for published_name in published_names(parameter)
+        ]
         assert known[name] == tuple(dict.fromkeys(published))

@@ -20,12 +20,12 @@ def campaign():
 def pieces_of(run, n):
     """The run in consecutive pieces of at most n samples."""
     for first in range(0, len(run.time), n):
-        own = slice(first, first + n)
+        piece = slice(first, first + n)
         inputs, signals = (
-            {name: values[own] for name, values in part.items()}
-            for part in (run.inputs, run.signals)
+            {name: values[piece] for name, values in columns.items()}
+            for columns in (run.inputs, run.signals)
         )
-        yield replace(run, time=run.time[own], inputs=inputs, signals=signals)
+        yield replace(run, time=run.time[piece], inputs=inputs, signals=signals)
 
 
 def test_pieces_become_the_same_folder_as_the_whole(tmp_path, campaign):

@@ -70,9 +70,9 @@ def test_waviness_of_the_carrier_lands_in_the_single_pattern_order_mod_4(order):
     size = np.abs(
         patterns_of(lambda theta, v: 3e-6 * np.cos(order * (v - theta) + 0.7)).mean(axis=0)
     )
-    own = PATTERNS.index({0: 0, 1: 1, 2: 2, 3: -1}[order % 4])
-    assert_allclose(size[own, order], 3e-6, rtol=1e-9)
-    size[own, order] = 0.0
+    pattern = PATTERNS.index({0: 0, 1: 1, 2: 2, 3: -1}[order % 4])
+    assert_allclose(size[pattern, order], 3e-6, rtol=1e-9)
+    size[pattern, order] = 0.0
     assert size.max() < 1e-15
 
 
@@ -146,8 +146,8 @@ def test_sequence_of_the_sensors_does_not_matter():
 )
 def test_sensors_that_are_not_four_at_quarter_turns_stand_alone(degrees):
     channels = tuple(
-        replace(AXIAL[0], name=f"s{k}", angle=float(np.deg2rad(own)))
-        for k, own in enumerate(degrees)
+        replace(AXIAL[0], name=f"s{k}", angle=float(np.deg2rad(degree)))
+        for k, degree in enumerate(degrees)
     )
     split = pattern_split(channels, np.zeros((2, len(degrees), MAX_ORDER + 1), dtype=complex))
     assert split.names == tuple(channel.name for channel in channels)

@@ -72,7 +72,7 @@ def test_a_file_states_the_first_version_that_knows_its_keys():
 
 
 @pytest.mark.parametrize(
-    ("place", "key"),
+    ("table_of", "key"),
     [
         (lambda d: d["runs"][0], "use"),
         (lambda d: d["channels"][0], "gain_std"),
@@ -82,9 +82,9 @@ def test_a_file_states_the_first_version_that_knows_its_keys():
         (lambda d: d, "inputs"),
     ],
 )
-def test_a_new_key_in_a_file_of_version_1_is_refused_by_name(folder, place, key):
+def test_a_new_key_in_a_file_of_version_1_is_refused_by_name(folder, table_of, key):
     old, new = document(), document(every_new_key())
-    place(old)[key] = place(new)[key]
+    table_of(old)[key] = table_of(new)[key]
     rewritten(folder, old)
     with pytest.raises(ValueError, match=f"key '{key}' belongs to version 2; expected version = 2"):
         read_campaign(folder)

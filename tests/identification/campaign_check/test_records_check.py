@@ -104,8 +104,8 @@ def test_a_prediction_in_another_unit_than_its_signal_is_found(factor):
     runs = tuple(
         replace(run, predictions={name: factor * run.signals[name]}) for run in campaign.runs
     )
-    beside = replace(campaign, baseline=Baseline("columns"), runs=runs)
-    is_found = ("unit", name) in checks(beside)
+    predicted = replace(campaign, baseline=Baseline("columns"), runs=runs)
+    is_found = ("unit", name) in checks(predicted)
     assert is_found == (factor in (1e-3, 1e3))
 
 

@@ -51,5 +51,5 @@ def test_a_record_is_cut_into_runs_that_begin_with_their_releases():
     assert first.time[-1] < second.time[0]
     assert np.concatenate([first.time, second.time])[-1] == TIME[-1]
     # A run that begins with its only release is the run itself.
-    whole = Run("d", "d.parquet", "c", TIME, {}, {"x": noisy(decay(0.0, 1.0))})
-    assert cut_at_releases(whole) == (whole,)
+    uncut = Run("d", "d.parquet", "c", TIME, {}, {"x": noisy(decay(0.0, 1.0))})
+    assert cut_at_releases(uncut) == (uncut,)

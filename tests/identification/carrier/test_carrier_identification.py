@@ -372,15 +372,18 @@ def test_rms_by_channel_is_that_of_the_residual_signals():
     campaign = carrier_campaign([run_case(motion=replace(TRUTH, saddle=1e-4))])
     estimate = identify_jointly(campaign, M2)
     run = campaign.runs[0]
-    kept = slice(0, estimate.n_samples // 4)  # whole revolutions come first
+    revolutions = slice(0, estimate.n_samples // 4)  # whole revolutions come first
     for channel in axial_channels(campaign):
-        residual = residual_signal(run, channel, M2, estimate)[kept]
+        residual = residual_signal(run, channel, M2, estimate)[revolutions]
         assert_allclose(
             estimate.rms_by_channel["LC1"][channel.name], np.sqrt(np.mean(residual**2)), rtol=1e-9
         )
-        measured = run.signals[channel.name][kept]
+        measured = run.signals[channel.name][revolutions]
         assert_allclose(
-            measured - residual, fitted_signal(run, channel, M2, estimate)[kept], rtol=0, atol=1e-18
+            measured - residual,
+            fitted_signal(run, channel, M2, estimate)[revolutions],
+            rtol=0,
+            atol=1e-18,
         )
 
 
@@ -388,9 +391,9 @@ def test_normal_equations_are_those_of_the_stacked_design():
     campaign = carrier_campaign()
     run, channels = campaign.runs[0], axial_channels(campaign)
     sums = normal_equations(run, channels, M2)
-    kept = slice(0, sums.n_samples[:, 0].sum())
-    design = np.vstack([M2.design(run.inputs, channel)[kept] for channel in channels])
-    signal = np.concatenate([run.signals[channel.name][kept] for channel in channels])
+    revolutions = slice(0, sums.n_samples[:, 0].sum())
+    design = np.vstack([M2.design(run.inputs, channel)[revolutions] for channel in channels])
+    signal = np.concatenate([run.signals[channel.name][revolutions] for channel in channels])
     expected = np.linalg.lstsq(design, signal, rcond=None)[0]
     result = identify_each_run(campaign, M2)["LC1"].run_coefficients["LC1"]
     assert_allclose(result, expected, rtol=1e-10)

@@ -90,8 +90,8 @@ def test_radial_sensors_find_the_scales_alone_and_with_the_axial_ones():
         "rho_f": 0.61,
         "phi_PLC": 5.8e-4,
     }
-    for name, place in k.items():
-        assert abs(both.values[place] - truth[name]) < 4.0 * both.std[place], name
+    for name, index in k.items():
+        assert abs(both.values[index] - truth[name]) < 4.0 * both.std[index], name
     assert set(both.rms_by_channel["LC1"]) == {"s047", "s137", "s227", "s317", "r040", "r310"}
     axial = identify_jointly(campaign, M2)
     assert both.std[k["rho_f"]] < axial.std[axial.index("rho_f", "LC1")]

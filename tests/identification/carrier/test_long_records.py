@@ -48,12 +48,12 @@ def test_pieces_give_the_same_parameters_as_the_whole_record(folder, per_run):
     heads, estimates = identify_in_pieces(folder, header, [M1, M2], FitOptions(), per_run=per_run)
     assert heads.runs[0].time.size < 250 < carrier_campaign().runs[0].time.size
     for model in (M1, M2):
-        whole = identify_jointly(carrier_campaign(), model)
+        at_once = identify_jointly(carrier_campaign(), model)
         pieces = estimates[model.name]["LC1"]
         if not per_run:
-            assert_allclose(pieces.values, whole.values, rtol=1e-9)
-            assert_allclose(pieces.std, whole.std, rtol=1e-6)
-            assert_allclose(pieces.rms, whole.rms, rtol=1e-9)
+            assert_allclose(pieces.values, at_once.values, rtol=1e-9)
+            assert_allclose(pieces.std, at_once.std, rtol=1e-6)
+            assert_allclose(pieces.rms, at_once.rms, rtol=1e-9)
 
 
 @pytest.mark.usefixtures("small_pieces")

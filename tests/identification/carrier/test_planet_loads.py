@@ -80,13 +80,13 @@ def test_the_answer_does_not_depend_on_where_stages_are_solved():
 
 def test_clearances_that_close_are_followed():
     """Readings that grow eleven times as fast beyond contacts: a stage is reached, loads hold."""
-    forward, rng, held, misfits = Linear(stiffening=10.0), np.random.default_rng(4), [], []
+    forward, rng, covered, misfits = Linear(stiffening=10.0), np.random.default_rng(4), [], []
     for _ in range(8):
         y, q = forward(rng.standard_normal(N_LATENT))
         estimate = estimated(forward, y + 8e-6 * rng.standard_normal(len(y)))
-        held.append(np.abs(estimate.pins.ravel() - q[5:]) <= estimate.half_width.ravel())
+        covered.append(np.abs(estimate.pins.ravel() - q[5:]) <= estimate.half_width.ravel())
         misfits.append(estimate.misfit)
-    assert 0.85 < np.mean(held) <= 1.0
+    assert 0.85 < np.mean(covered) <= 1.0
     assert np.median(misfits) < 1.3
 
 

@@ -34,17 +34,17 @@ def test_boxs_own_problem_ends_at_its_constraint():
 
     The search ends on the bound, never beyond it.
     """
-    seen = []
+    evaluated = []
 
     def cost(point):
-        seen.append(point.copy())
+        evaluated.append(point.copy())
         return float((point[0] - 5.0) ** 2 + (point[1] - 0.5) ** 2)
 
     search = complex_search(cost, np.zeros(2), np.ones(2), rng=_rng())
     assert_allclose(search.values, [1.0, 0.5], atol=1e-3)
-    assert (np.array(seen) >= 0.0).all()
-    assert (np.array(seen) <= 1.0).all()
-    assert search.evaluations == len(seen)
+    assert (np.array(evaluated) >= 0.0).all()
+    assert (np.array(evaluated) <= 1.0).all()
+    assert search.evaluations == len(evaluated)
 
 
 def test_rosenbrocks_valley_takes_many_calls():
@@ -101,7 +101,7 @@ def test_closed_form_is_never_worse_and_costs_less_than_a_hundredth(model):
             ]
         )
         search = complex_search(
-            lambda values, own=equations: float(own.squared_error(values).sum()),
+            lambda values, system=equations: float(system.squared_error(values).sum()),
             -bounds,
             bounds,
             rng=_rng(),

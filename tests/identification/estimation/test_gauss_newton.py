@@ -155,8 +155,8 @@ def test_a_step_that_meets_several_bounds_holds_only_those_that_it_has_to():
     grid = np.linspace(-1.0, 1.0, 2001)
     x, y = np.meshgrid(grid, grid)
     cost = sum((row[0] * x + row[1] * y - t) ** 2 for row, t in zip(J, target, strict=True))
-    place = np.unravel_index(np.argmin(cost), cost.shape)
-    assert_allclose(step, [x[place], y[place]], atol=2e-3)
+    index = np.unravel_index(np.argmin(cost), cost.shape)
+    assert_allclose(step, [x[index], y[index]], atol=2e-3)
 
 
 def test_the_least_cost_is_that_of_the_minimum_also_in_a_curved_valley():

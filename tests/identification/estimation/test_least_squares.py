@@ -37,13 +37,13 @@ def equations(n_runs, n_revolutions=6, *, dependent=False):
 
 def without(run, revolution):
     """Sums of a run but for those of one revolution."""
-    kept = np.arange(run.n_revolutions) != revolution
+    others = np.arange(run.n_revolutions) != revolution
     return replace(
         run,
-        matrix=run.matrix[kept],
-        right_side=run.right_side[kept],
-        square_sum=run.square_sum[kept],
-        n_samples=run.n_samples[kept],
+        matrix=run.matrix[others],
+        right_side=run.right_side[others],
+        square_sum=run.square_sum[others],
+        n_samples=run.n_samples[others],
     )
 
 

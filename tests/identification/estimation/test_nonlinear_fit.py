@@ -95,9 +95,9 @@ def test_a_minimum_outside_the_bounds_ends_on_the_bound_and_is_said():
         half = uncertainty.confidence_factor * uncertainty.std
         inside.append(np.append(np.abs(fit.values - 2.0) <= half, fit.at_bound != ()))
         assert half[1] > 0.01
-    held = np.mean(inside, axis=0)
-    assert (held[:2] >= 0.9).all()
-    assert 0.4 < held[2] < 0.6
+    coverage = np.mean(inside, axis=0)
+    assert (coverage[:2] >= 0.9).all()
+    assert 0.4 < coverage[2] < 0.6
 
 
 def test_a_weak_parameter_of_an_unseen_direction_has_no_interval_either():

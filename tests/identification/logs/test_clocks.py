@@ -46,9 +46,9 @@ def test_a_gap_stays_a_gap_on_another_clock():
 
 def test_missing_rows_come_back_as_rows_and_a_rounded_clock_is_even():
     time = np.round(np.arange(1000) / 600.0, 3)  # stamps of milliseconds
-    full, places = grid_with_gaps(np.delete(time, slice(100, 104)))
+    full, rows = grid_with_gaps(np.delete(time, slice(100, 104)))
     assert full.size == 1000
-    assert places.tolist() == [*range(100), *range(104, 1000)]
+    assert rows.tolist() == [*range(100), *range(104, 1000)]
     # The clock behind the stamps, not the stamps.
     assert_allclose(np.diff(full), 1.0 / 600.0, rtol=1e-3)
 

@@ -105,8 +105,8 @@ def test_files_of_one_column_each_are_parts_of_a_run(names, n_runs, tmp_path):
     t = np.arange(0.0, 10.0, 0.02)
     numbers = ["", "_2"][:n_runs]
     files = [
-        one_column(tmp_path, name.format(number), size * np.sin(t + place))
-        for place, number in enumerate(numbers)
+        one_column(tmp_path, name.format(number), size * np.sin(t + phase))
+        for phase, number in enumerate(numbers)
         for name, size in zip(names, (2.0, 5.0), strict=True)
     ]
     guess = map_guess("element", files, "displacement")
@@ -114,11 +114,11 @@ def test_files_of_one_column_each_are_parts_of_a_run(names, n_runs, tmp_path):
         tuple(name.format(number) for name in names) for number in numbers
     ]
     (_, channel, _), given = guess.channels[0], guess.inputs["displacement"]
-    places = {"displacement": given, "force": channel}
+    roles = {"displacement": given, "force": channel}
     first = 1 if "Kraft" in names[0] else 0
     assert given.column == f"file {first + 1}: column 1"
     assert channel.column == f"file {2 - first}: column 1"
-    assert {role: guess.unit for role, guess in places.items()} in (
+    assert {role: guess.unit for role, guess in roles.items()} in (
         {"displacement": "mm", "force": "kN"}, {"displacement": "um", "force": "N"},
     )  # fmt: skip
     new_campaign(kind="element", drive="displacement", from_=files, out=tmp_path / "map.toml")
@@ -175,9 +175,9 @@ def test_integrals_are_refused_with_the_reason(kind, unit, what):
 
 def test_an_angle_goes_on_through_turns_that_a_gap_swallowed():
     wrapped = np.rad2deg(ANGLE) % 360.0
-    kept = np.delete(np.arange(TIME.size), slice(300, 460))  # 8 s: three turns
-    angle = unwrapped_angle(wrapped[kept], TIME[kept], 360.0)
-    assert_allclose(angle, np.rad2deg(ANGLE)[kept], atol=1e-9)
+    recorded = np.delete(np.arange(TIME.size), slice(300, 460))  # 8 s: three turns
+    angle = unwrapped_angle(wrapped[recorded], TIME[recorded], 360.0)
+    assert_allclose(angle, np.rad2deg(ANGLE)[recorded], atol=1e-9)
 
 
 def test_a_train_of_pulses_is_an_angle():
@@ -246,8 +246,8 @@ def test_a_new_map_is_refused_until_it_is_filled_in_and_everything_is_told_at_on
     new = new_campaign(kind="carrier", from_=files, out=tmp_path / "map.toml")
     with pytest.raises(ValueError, match="expected") as refused:
         import_records(files, map_=new.path, out=tmp_path / "campaign")
-    told = problems_of(refused.value)
-    assert len(told) == len(new.open_keys) > 4
+    problems = problems_of(refused.value)
+    assert len(problems) == len(new.open_keys) > 4
     assert not (tmp_path / "campaign").exists()
     with pytest.raises(ValueError, match="exists already"):
         new_campaign(kind="carrier", from_=files, out=tmp_path / "map.toml")

@@ -43,15 +43,15 @@ def imported(name, campaign, tmp_path):
 @pytest.mark.parametrize("name", LOGGERS)
 def test_files_of_a_logger_become_the_campaign_that_they_came_from(name, tmp_path):
     clean = clean_campaign(LOGGERS[name])
-    own = read_campaign(imported(name, clean, tmp_path))
-    assert (own.kind, dict(own.rig)) == (clean.kind, dict(clean.rig))
-    assert len(own.channels) == len(clean.channels)
-    for channel, expected in zip(own.channels, clean.channels, strict=True):
+    imported_campaign = read_campaign(imported(name, clean, tmp_path))
+    assert (imported_campaign.kind, dict(imported_campaign.rig)) == (clean.kind, dict(clean.rig))
+    assert len(imported_campaign.channels) == len(clean.channels)
+    for channel, expected in zip(imported_campaign.channels, clean.channels, strict=True):
         assert (channel.unit, channel.sensor) == (expected.unit, expected.sensor)
         assert_allclose(channel.noise_std, expected.noise_std, rtol=1e-12)
         if expected.angle is not None:
             assert_allclose([channel.angle, channel.radius], [expected.angle, expected.radius])
-    for run, expected_run in zip(own.runs, clean.runs, strict=True):
+    for run, expected_run in zip(imported_campaign.runs, clean.runs, strict=True):
         time = expected_run.time
         assert_allclose(run.time, time[: run.time.size], atol=2e-6)
         assert run.time.size >= time.size - 2  # two clocks end together

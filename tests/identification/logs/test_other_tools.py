@@ -67,8 +67,8 @@ def write_sets(path, *sets):
     file = pyuff.UFF(str(path))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ResourceWarning)
-        for own in sets:
-            file.write_sets(own, "add")
+        for data_set in sets:
+            file.write_sets(data_set, "add")
     return path
 
 
@@ -354,22 +354,26 @@ def test_objects_of_a_mat_5_file_are_known_by_scipys_class():
 
 
 @pytest.mark.parametrize(
-    "own", [own for own in LOG_FORMATS if own.extra], ids=lambda own: own.extra
+    "log_format",
+    [log_format for log_format in LOG_FORMATS if log_format.extra],
+    ids=lambda log_format: log_format.extra,
 )
-def test_without_its_package_a_format_names_the_extra(own, tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, own.module, None)
-    path = tmp_path / f"a{own.suffixes[0]}"
+def test_without_its_package_a_format_names_the_extra(log_format, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, log_format.module, None)
+    path = tmp_path / f"a{log_format.suffixes[0]}"
     path.write_bytes(b"content")
-    with pytest.raises(ValueError, match=rf"needs the package .*carrierflex\[{own.extra}\]"):
+    with pytest.raises(ValueError, match=rf"needs the package .*carrierflex\[{log_format.extra}\]"):
         read_log(path)
 
 
 @pytest.mark.parametrize(
-    "own", [own for own in LOG_FORMATS if own.extra], ids=lambda own: own.extra
+    "log_format",
+    [log_format for log_format in LOG_FORMATS if log_format.extra],
+    ids=lambda log_format: log_format.extra,
 )
-def test_other_bytes_under_a_suffix_are_refused_in_one_line(own, tmp_path):
-    pytest.importorskip(own.module)
-    path = tmp_path / f"a{own.suffixes[0]}"
+def test_other_bytes_under_a_suffix_are_refused_in_one_line(log_format, tmp_path):
+    pytest.importorskip(log_format.module)
+    path = tmp_path / f"a{log_format.suffixes[0]}"
     path.write_bytes(bytes(range(256)) * 20)
     with pytest.raises(ValueError, match=r"a\.") as refusal:
         read_log(path)

@@ -28,8 +28,10 @@ def files(tmp_path):
     rows = zip(time, 8e3 * motion(time), 1e6 * measured, strict=True)
     lines = [f"{t:.3f},{f:.6f},{x:.4f}" for t, f, x in rows]
     (tmp_path / "run.csv").write_text("t (s),force (N),disp (um)\n" + "\n".join(lines))
-    own = np.arange(0.0, 55.0, 0.007)
-    lines = [f"{1e3 * t:.3f};{1e3 * x:.9f}" for t, x in zip(own, motion(own + SHIFT), strict=True)]
+    clock = np.arange(0.0, 55.0, 0.007)
+    lines = [
+        f"{1e3 * t:.3f};{1e3 * x:.9f}" for t, x in zip(clock, motion(clock + SHIFT), strict=True)
+    ]
     (tmp_path / "sim.txt").write_text("clock;q\n" + "\n".join(lines))
     new = new_campaign(
         kind="element", from_=[tmp_path / "run.csv"], drive="force", out=tmp_path / "map.toml"
@@ -66,8 +68,8 @@ def test_the_prediction_stands_on_the_clock_of_the_measurement(files):
     known = campaign.baseline.clock_shift["run"]
     assert_allclose(known.value, SHIFT, atol=1e-3)
     assert known.std < 1e-3
-    told = checked_document(files / "campaign" / "import.json")["clock_shift"]["run"]
-    assert_allclose(told["seconds"], known.value)
+    shift = checked_document(files / "campaign" / "import.json")["clock_shift"]["run"]
+    assert_allclose(shift["seconds"], known.value)
 
 
 def test_a_shift_is_told_as_a_rival_of_the_sensors_delay(files):

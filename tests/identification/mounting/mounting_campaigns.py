@@ -61,7 +61,7 @@ def mounting_campaign(
         columns = inputs.columns()
         columns.pop("time")
         signals = {
-            sensor: clean[:, place] + noise[:, place] for place, sensor in enumerate(SENSORS)
+            sensor: clean[:, column] + noise[:, column] for column, sensor in enumerate(SENSORS)
         }
         runs.append(Run(f"R{k}", f"R{k}.csv", f"condition {k}", inputs.time, columns, signals))
     channels = tuple(

@@ -70,11 +70,11 @@ def test_papers_mass_and_arm_within_one_percent(sections, ntl_z):
 @pytest.mark.long
 def test_intervals_hold_the_truth():
     """Of 100 records 89 to 99: the range that a binomial of 95 % leaves with 99.5 %."""
-    held = np.zeros(2)
+    covered = np.zeros(2)
     for seed in range(100):
         ci = identify_equivalent_mass(campaign(ntl_z=(0.0, -50e3), seed=seed)).ci95[:2]
-        held += (ci[:, 0] <= [4100.0, 1.75]) & ([4100.0, 1.75] <= ci[:, 1])
-    assert (held >= 89).all(), held
+        covered += (ci[:, 0] <= [4100.0, 1.75]) & ([4100.0, 1.75] <= ci[:, 1])
+    assert (covered >= 89).all(), covered
 
 
 def test_one_section_knows_the_moment_alone():

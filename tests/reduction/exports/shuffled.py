@@ -11,16 +11,16 @@ def shuffled(model):
     Modal coordinates keep their order among themselves.
     """
     n, n_pilot = model.n_coordinates, 6 * len(model.pilots)
-    places = np.random.default_rng(4).permutation(n)
-    places[n_pilot:] = np.sort(places[n_pilot:])
-    old = np.argsort(places)
+    order = np.random.default_rng(4).permutation(n)
+    order[n_pilot:] = np.sort(order[n_pilot:])
+    old = np.argsort(order)
     return replace(
         model,
         K=model.K[np.ix_(old, old)],
         M=model.M[np.ix_(old, old)],
         D=model.D[np.ix_(old, old)],
         labels=tuple(model.labels[i] for i in old),
-        pilot_coordinates={name: places[rows] for name, rows in model.pilot_coordinates.items()},
+        pilot_coordinates={name: order[rows] for name, rows in model.pilot_coordinates.items()},
         sensor_rows=model.sensor_rows[:, old],
         ffrf=model.ffrf.transformed(np.eye(n)[:, old]),
     )

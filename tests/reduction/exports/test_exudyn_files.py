@@ -33,7 +33,7 @@ def fem(written):
 
 
 @pytest.fixture(scope="module")
-def kept(pin_reduction):
+def free_coordinates(pin_reduction):
     return np.arange(6, pin_reduction.model.n_coordinates)
 
 
@@ -60,20 +60,20 @@ def test_exudyn_loads_mesh_matrices_and_sets(fem, pin_structure, one_pin_mesh, p
         assert_allclose(centre, pilot.point, atol=1e-9)
 
 
-def test_exudyn_reduces_to_the_same_matrices_and_mass(fem, pin_reduction, kept):
+def test_exudyn_reduces_to_the_same_matrices_and_mass(fem, pin_reduction, free_coordinates):
     cms = FEM.ObjectFFRFreducedOrderInterface(fem)
     model = pin_reduction.model
     for result, matrix in ((cms.massMatrixReduced, model.M), (cms.stiffnessMatrixReduced, model.K)):
-        expected = matrix[np.ix_(kept, kept)]
+        expected = matrix[np.ix_(free_coordinates, free_coordinates)]
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
         assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-8)
     assert cms.totalMass == pytest.approx(model.mass_properties.mass, rel=1e-12)
     assert_allclose(cms.chiU, model.mass_properties.centre, atol=1e-12)
     assert_allclose(cms.inertiaLocal, model.ffrf.J, rtol=1e-10, atol=1e-10)
-    assert_allclose(cms.mPhitTPsi, model.ffrf.N[:, kept], atol=1e-10 * model.ffrf.mass)
+    assert_allclose(cms.mPhitTPsi, model.ffrf.N[:, free_coordinates], atol=1e-10 * model.ffrf.mass)
 
 
-def test_frequencies_in_exudyn_are_those_of_the_reduced_body(fem, pin_reduction, kept):
+def test_frequencies_in_exudyn_are_those_of_the_reduced_body(fem, pin_reduction, free_coordinates):
     """The frame's node fixed to ground, the body's own equations solved by Exudyn."""
     system = exudyn.SystemContainer()
     mbs = system.AddSystem()
@@ -92,9 +92,11 @@ def test_frequencies_in_exudyn_are_those_of_the_reduced_body(fem, pin_reduction,
     squares = np.sort(np.real(values))
     model = pin_reduction.model
     expected = scipy.linalg.eigh(
-        model.K[np.ix_(kept, kept)], model.M[np.ix_(kept, kept)], eigvals_only=True
+        model.K[np.ix_(free_coordinates, free_coordinates)],
+        model.M[np.ix_(free_coordinates, free_coordinates)],
+        eigvals_only=True,
     )
-    assert_allclose(squares[-len(kept) :], expected, rtol=1e-6)
+    assert_allclose(squares[-len(free_coordinates) :], expected, rtol=1e-6)
 
 
 def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(
@@ -148,8 +150,8 @@ def test_without_a_mesh_there_is_nothing_to_draw(tmp_path, pin_structure, pin_re
     loaded.LoadFromFile(str(tmp_path / "pin.hdf5"))
     assert loaded.elements == [] == loaded.surface
     T = loaded.modeBasis["matrix"]
-    held = pin_structure.pilots[1]
-    assert np.abs(held.G @ T).max() < 1e-9 * np.abs(T).max()
+    fixed_pilot = pin_structure.pilots[1]
+    assert np.abs(fixed_pilot.G @ T).max() < 1e-9 * np.abs(T).max()
 
 
 def test_what_exudyn_cannot_hold_is_refused(tmp_path, pin_structure, pin_reduction, one_pin_mesh):

@@ -39,29 +39,31 @@ def reduction(structure):
 
 
 @pytest.fixture(params=["bar_start", "bar_end"])
-def held(request):
+def fixed_pilot(request):
     return request.param
 
 
 @pytest.fixture
-def groups(tmp_path, reduction, held):
-    write_mbdyn(reduction.model, tmp_path / "bar.fem", pilot=held)
+def groups(tmp_path, reduction, fixed_pilot):
+    write_mbdyn(reduction.model, tmp_path / "bar.fem", pilot=fixed_pilot)
     return read_fem(tmp_path / "bar.fem")
 
 
 @pytest.fixture
-def basis(reduction, held):
+def basis(reduction, fixed_pilot):
     T = np.concatenate([reduction.Psi, reduction.modes.Phi], axis=1)
-    return np.delete(T, reduction.model.coordinates_of(held), axis=1)
+    return np.delete(T, reduction.model.coordinates_of(fixed_pilot), axis=1)
 
 
-def test_groups_hold_the_held_body(groups, reduction, held):
-    body, model = held_body(reduction.model, held), reduction.model
+def test_groups_hold_the_held_body(groups, reduction, fixed_pilot):
+    body, model = held_body(reduction.model, fixed_pilot), reduction.model
     n = len(body.K)
     assert groups[1].tolist() == [2, n, 0, 0, 0]
     assert groups[2].tolist() == [1, 2]
     points = np.array([groups[5], groups[6], groups[7]]).T
-    assert_allclose(points, np.array(list(model.pilots.values())) - model.pilots[held], atol=1e-15)
+    assert_allclose(
+        points, np.array(list(model.pilots.values())) - model.pilots[fixed_pilot], atol=1e-15
+    )
     assert_allclose(groups[8].reshape(n, 2, 6), body.motion.transpose(2, 0, 1), atol=0.0)
     for number, matrix in ((9, body.M), (10, body.K), (13, body.D)):
         result = groups[number].reshape(n, n)
@@ -69,28 +71,28 @@ def test_groups_hold_the_held_body(groups, reduction, held):
     assert set(groups) == {*range(1, 3), *range(5, 11), *range(12, 19)}
 
 
-def test_the_basis_holds_no_rigid_motion(groups, reduction, held):
+def test_the_basis_holds_no_rigid_motion(groups, reduction, fixed_pilot):
     n = reduction.model.n_coordinates - 6
     K, M = groups[10].reshape(n, n), groups[9].reshape(n, n)
     scale = np.sqrt(np.outer(K.diagonal(), K.diagonal()))
     assert scipy.linalg.eigvalsh(K / scale)[0] > 1e-4
     assert (scipy.linalg.eigvalsh(M) > 0.0).all()
     shapes = groups[8].reshape(n, 2, 6)
-    assert not shapes[:, list(reduction.model.pilots).index(held)].any()
+    assert not shapes[:, list(reduction.model.pilots).index(fixed_pilot)].any()
 
 
-def test_rigid_data_count_from_the_modal_node(groups, reduction, held):
+def test_rigid_data_count_from_the_modal_node(groups, reduction, fixed_pilot):
     mass, model = reduction.model.mass_properties, reduction.model
     assert_allclose(groups[12][0], mass.mass, rtol=1e-15)
-    assert_allclose(groups[12][1:4], mass.centre - model.pilots[held], atol=1e-15)
+    assert_allclose(groups[12][1:4], mass.centre - model.pilots[fixed_pilot], atol=1e-15)
     assert_allclose(groups[12][4:].reshape(3, 3), mass.inertia, atol=1e-15)
 
 
-def test_invariants_are_sums_over_the_nodes(groups, structure, basis, reduction, held):
+def test_invariants_are_sums_over_the_nodes(groups, structure, basis, reduction, fixed_pilot):
     """Definitions of MBDyn, node by node, with the consistent mass between each two nodes."""
     m = structure.M.toarray()[0::3, 0::3]
     x, u = (
-        structure.points - reduction.model.pilots[held],
+        structure.points - reduction.model.pilots[fixed_pilot],
         basis.reshape(len(structure.points), 3, -1),
     )
     n = u.shape[2]

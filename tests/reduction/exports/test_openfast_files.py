@@ -45,9 +45,9 @@ def blocks_of(path):
 
 def table(tables, words):
     (result,) = (
-        own
-        for name, own in tables.items()
-        if name.startswith(words) and isinstance(own, np.ndarray)
+        value
+        for name, value in tables.items()
+        if name.startswith(words) and isinstance(value, np.ndarray)
     )
     return result
 
@@ -95,13 +95,17 @@ def test_a_rigid_block_has_the_entries_that_the_description_asks_for(tmp_path):
 @pytest.mark.parametrize("body", ["pin", "joined group"])
 def test_both_forms_give_back_every_number(body, tmp_path, pin_reduction, group):
     model = shuffled(pin_reduction.model) if body == "pin" else group
-    own = superelement(model)
+    exported = superelement(model)
     for form in ("current", "flex5"):
-        write_openfast(own, tmp_path / f"{form}.dat", form)
+        write_openfast(exported, tmp_path / f"{form}.dat", form)
         tables = blocks_of(tmp_path / f"{form}_SE.dat")
-        for words, matrix in (("mass", own.M), ("stiffness", own.K), ("damping", own.C)):
+        for words, matrix in (
+            ("mass", exported.M),
+            ("stiffness", exported.K),
+            ("damping", exported.C),
+        ):
             assert_array_equal(table(tables, words), matrix)
-        assert int(tables["dimension"]) == len(own.M)
+        assert int(tables["dimension"]) == len(exported.M)
     lines = (tmp_path / "flex5_SE.dat").read_text().splitlines()
     assert "flex 5 format" in lines[1].lower()
     # Steps are nint(T / dt) + 1; a row holds time, n loads and the wave's elevation.
@@ -110,48 +114,50 @@ def test_both_forms_give_back_every_number(body, tmp_path, pin_reduction, group)
         / float(tables["time increment in simulation"])
     )
     loads = table(tables, "loading")
-    assert loads.shape == (steps + 1, len(own.M) + 2)
-    assert_allclose(loads[:, 1:-1], np.tile(own.W_0, (steps + 1, 1)), rtol=1e-10)
+    assert loads.shape == (steps + 1, len(exported.M) + 2)
+    assert_allclose(loads[:, 1:-1], np.tile(exported.W_0, (steps + 1, 1)), rtol=1e-10)
     assert max(len(line) for line in lines[-2:]) < 4096
     points = blocks_of(tmp_path / "current_Conn.dat")
     assert int(points["nconn"]) == len(model.pilots) - 1
     assert_array_equal(table(points, "connections"), list(model.pilots.values())[1:])
-    assert_array_equal(table(points, "displacement"), own.displacement)
+    assert_array_equal(table(points, "displacement"), exported.displacement)
 
 
 def test_openfasts_own_library_reads_the_current_form(tmp_path, pin_reduction):
     reading = pytest.importorskip("openfast_io.FAST_reader")
-    own = superelement(pin_reduction.model, PILOT)
-    write_openfast(own, tmp_path / "pin.dat", "current")
+    exported = superelement(pin_reduction.model, PILOT)
+    write_openfast(exported, tmp_path / "pin.dat", "current")
     reader = reading.InputReader_OpenFAST()
     reader.read_ExtPtfm(str(tmp_path / "pin.dat"))
     result = reader.fst_vt["ExtPtfm"]
     assert (result["RBMod"], result["NActiveDOFList"], result["HasUserForcing"]) == (2, -1, False)
     matrices = result["FlexASCII"]
     for key, matrix in (
-        ("MassMatrix", own.M),
-        ("StiffnessMatrix", own.K),
-        ("DampingMatrix", own.C),
-        ("WeightConstant", own.W_0[None]),
-        ("WeightStiffness", own.K_W),
+        ("MassMatrix", exported.M),
+        ("StiffnessMatrix", exported.K),
+        ("DampingMatrix", exported.C),
+        ("WeightConstant", exported.W_0[None]),
+        ("WeightStiffness", exported.K_W),
     ):
         assert_array_equal(matrices[key], matrix)
-    assert_array_equal(result["Connections"]["Displacement"], own.displacement)
+    assert_array_equal(result["Connections"]["Displacement"], exported.displacement)
 
 
 @pytest.mark.parametrize("body", ["pin", "joined group"])
 def test_a_free_body_keeps_mass_six_free_motions_and_frequencies(body, pin_reduction, group):
     model = pin_reduction.model if body == "pin" else group
-    own = superelement(model)
-    assert_array_equal(own.K[:6], 0.0)
-    for matrix in (own.M, own.K):
+    exported = superelement(model)
+    assert_array_equal(exported.K[:6], 0.0)
+    for matrix in (exported.M, exported.K):
         assert_array_equal(matrix, matrix.T)
-    figures = checks(own)
-    assert_allclose(figures["mass [kg]"], own.M[2, 2], rtol=1e-9)
+    figures = checks(exported)
+    assert_allclose(figures["mass [kg]"], exported.M[2, 2], rtol=1e-9)
     assert figures["mass away from a rigid body's, relative"] < 1e-8
     # Frequencies of the free body: those of M_r and K_r with the interface's motion taken out.
-    reduced = own.M[6:, 6:] - own.M[6:, :6] @ np.linalg.solve(own.M[:6, :6], own.M[:6, 6:])
-    result = scipy.linalg.eigh(own.K[6:, 6:], reduced, eigvals_only=True)
+    reduced = exported.M[6:, 6:] - exported.M[6:, :6] @ np.linalg.solve(
+        exported.M[:6, :6], exported.M[:6, 6:]
+    )
+    result = scipy.linalg.eigh(exported.K[6:, 6:], reduced, eigvals_only=True)
     assert_allclose(result, dense_modes(model.K, model.M)[0][6:], rtol=1e-10)
 
 
@@ -166,18 +172,18 @@ def test_mass_and_centre_are_those_of_the_body(pin_reduction):
 
 
 def test_self_weight_is_what_gravity_does_to_the_turned_body(pin_reduction):
-    own = superelement(pin_reduction.model, PILOT)
+    exported = superelement(pin_reduction.model, PILOT)
     theta_x, theta_y = 1e-3, -2e-3
-    q = np.zeros(len(own.M))
+    q = np.zeros(len(exported.M))
     q[3], q[4] = theta_x, theta_y
     # Gravity in the frame of the interface, to first order, as an acceleration of its translation.
     turned = scipy.spatial.transform.Rotation.from_rotvec([theta_x, theta_y, 0.0])
     g = turned.inv().apply([0.0, 0.0, -GRAVITY])
-    expected = own.M[:, :3] @ g
+    expected = exported.M[:, :3] @ g
     weight = np.abs(expected).max()
-    assert_allclose(own.W_0 - own.K_W @ q, expected, atol=1e-5 * weight)
-    assert np.abs(own.K_W @ q).max() > 1e-4 * weight
-    assert_allclose(own.K_W[3:5, 6:], own.K_W[6:, 3:5].T)
+    assert_allclose(exported.W_0 - exported.K_W @ q, expected, atol=1e-5 * weight)
+    assert np.abs(exported.K_W @ q).max() > 1e-4 * weight
+    assert_allclose(exported.K_W[3:5, 6:], exported.K_W[6:, 3:5].T)
 
 
 def test_a_held_body_has_its_stiffness_at_the_interface(pin_reduction):
@@ -185,29 +191,29 @@ def test_a_held_body_has_its_stiffness_at_the_interface(pin_reduction):
     K = model.K.copy()
     rows = model.coordinates_of("pin_1_upwind")
     K[rows, rows] += [1e8, 1e8, 2e8, 1e6, 1e6, 3e6]
-    held = replace(model, K=K, provenance={**model.provenance, FREE_MOTIONS: "0"})
+    grounded = replace(model, K=K, provenance={**model.provenance, FREE_MOTIONS: "0"})
     with pytest.raises(ValueError, match="meet a stiffness, and are free by its record"):
         superelement(replace(model, K=K), PILOT)
-    own = superelement(held, PILOT)
-    place = 6 * list(held.pilots).index(PILOT)
-    compliance = pilot_compliance(held, ())[place : place + 6, place : place + 6]
-    assert_allclose(np.linalg.inv(own.K[:6, :6]), compliance, rtol=1e-8, atol=1e-20)
-    figures = checks(own)
+    exported = superelement(grounded, PILOT)
+    first = 6 * list(grounded.pilots).index(PILOT)
+    compliance = pilot_compliance(grounded, ())[first : first + 6, first : first + 6]
+    assert_allclose(np.linalg.inv(exported.K[:6, :6]), compliance, rtol=1e-8, atol=1e-20)
+    figures = checks(exported)
     assert_allclose(figures["stiffness in torsion about x [N m/rad]"], 1.0 / compliance[3, 3])
-    result = scipy.linalg.eigh(own.K, own.M, eigvals_only=True)
-    assert_allclose(result, dense_modes(held.K, held.M)[0], rtol=1e-9)
-    assert_array_equal(own.W_0, 0.0)
+    result = scipy.linalg.eigh(exported.K, exported.M, eigvals_only=True)
+    assert_allclose(result, dense_modes(grounded.K, grounded.M)[0], rtol=1e-9)
+    assert_array_equal(exported.W_0, 0.0)
 
 
 def test_what_openfast_cannot_take_is_refused(tmp_path, pin_reduction):
     model = pin_reduction.model
-    own = superelement(model)
+    exported = superelement(model)
     with pytest.raises(ValueError, match=r"a\.txt: suffix '\.txt'; expected \.dat"):
-        write_openfast(own, tmp_path / "a.txt", "current")
+        write_openfast(exported, tmp_path / "a.txt", "current")
     with pytest.raises(ValueError, match="3 of its rigid motions are free; expected all six or no"):
         superelement(replace(model, provenance={FREE_MOTIONS: "3"}))
     n = 300
-    wide = replace(own, M=np.eye(n), K=np.eye(n), C=np.eye(n), W_0=np.zeros(n), K_W=np.eye(n))
+    wide = replace(exported, M=np.eye(n), K=np.eye(n), C=np.eye(n), W_0=np.zeros(n), K_W=np.eye(n))
     with pytest.raises(ValueError, match=r"300 coordinates .* write --format openfast"):
         write_openfast(wide, tmp_path / "a.dat", "flex5")
     assert not list(tmp_path.iterdir())

@@ -44,8 +44,8 @@ def read_sid(path):
         key, value = entry.groups()
         index = INDEX.match(key)
         if index:
-            place = tuple(int(number) - 1 for number in index[2].split(","))
-            block[index[1]][place] = float(value.replace("D", "E"))
+            indices = tuple(int(number) - 1 for number in index[2].split(","))
+            block[index[1]][indices] = float(value.replace("D", "E"))
         elif block is not None:
             block[key] = int(value)
             if key == "structure":
@@ -93,8 +93,8 @@ def modes(reduction):
     return (T @ V).reshape(-1, 3, V.shape[1])
 
 
-def near(found, expected):
-    assert_allclose(found, expected, rtol=0.0, atol=1e-11 * np.abs(expected).max())
+def near(actual, expected):
+    assert_allclose(actual, expected, rtol=0.0, atol=1e-11 * np.abs(expected).max())
 
 
 def test_first_line_and_refmod(written, reduction):

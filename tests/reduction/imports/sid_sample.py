@@ -74,9 +74,9 @@ def sample():
         "           end refmod ",
         "           frame ",
     ]
-    for number, place, phi, psi in NODES:
+    for number, position, phi, psi in NODES:
         lines += [_line(16, "new node", f"   {number}"), _line(21, "rframe", "   body ref")]
-        lines += _block(21, "origin", np.array(place)[:, None], phi[:, :, None])
+        lines += _block(21, "origin", np.array(position)[:, None], phi[:, :, None])
         lines += _block(21, "phi", phi)
         lines += _block(21, "psi", psi)
         lines += _block(21, "AP", np.eye(3), np.zeros((3, n, 3)), _IDENTITY)
@@ -110,8 +110,8 @@ def _block(indent, name, m0, m1=None, structure=_FULL):
         if entries is None or structure == _IDENTITY:
             continue
         for index in np.argwhere(entries):
-            place = ",".join(f"{i + 1:2d}" for i in index)
-            yield _line(indent + 5, f"{letter}({place})", _number(entries[tuple(index)]))
+            indices = ",".join(f"{i + 1:2d}" for i in index)
+            yield _line(indent + 5, f"{letter}({indices})", _number(entries[tuple(index)]))
     yield f"{'':{indent}}end {name}"
 
 

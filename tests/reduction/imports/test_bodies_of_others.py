@@ -47,25 +47,25 @@ def plate(tmp_path_factory):
     return read_any_body(path)
 
 
-def same(found, model, rtol):
+def same(imported, model, rtol):
     """Pilots, matrices (modes but for their sign) and mass of two bodies."""
-    assert list(found.pilots) == list(model.pilots)
+    assert list(imported.pilots) == list(model.pilots)
     for name, point in model.pilots.items():
-        assert_allclose(found.pilots[name], point, atol=rtol)
+        assert_allclose(imported.pilots[name], point, atol=rtol)
     sign = np.ones(model.n_coordinates)
     modes = np.setdiff1d(np.arange(model.n_coordinates), model.pilot_rows)
     for row in modes:
         k = int(np.argmax(np.abs(model.M[row, model.pilot_rows])))
-        sign[row] = np.sign(found.M[row, k] * model.M[row, k])
+        sign[row] = np.sign(imported.M[row, k] * model.M[row, k])
     k, m = model.K.diagonal(), model.M.diagonal()
     for letter, diagonal in (("K", k), ("M", m), ("D", np.sqrt(k * m))):
-        A, B = getattr(model, letter), getattr(found, letter) * np.outer(sign, sign)
+        A, B = getattr(model, letter), getattr(imported, letter) * np.outer(sign, sign)
         difference = np.abs(A - B) / np.sqrt(np.outer(diagonal, diagonal))
         assert difference.max() < rtol, letter
-    assert found.mass_properties.mass == pytest.approx(model.mass_properties.mass, rel=rtol)
-    assert_allclose(found.mass_properties.centre, model.mass_properties.centre, atol=rtol)
+    assert imported.mass_properties.mass == pytest.approx(model.mass_properties.mass, rel=rtol)
+    assert_allclose(imported.mass_properties.centre, model.mass_properties.centre, atol=rtol)
     assert_allclose(
-        found.mass_properties.inertia,
+        imported.mass_properties.inertia,
         model.mass_properties.inertia,
         atol=rtol * np.abs(model.mass_properties.inertia).max(),
     )
@@ -228,11 +228,11 @@ def test_a_superelement_of_nastran_has_the_modes_that_pyyeti_finds():
     model = read_any_body(path).model
     assert list(model.pilots) == ["grid_3", "grid_11", "grid_19", "grid_27"]
     modes = np.setdiff1d(np.arange(32), model.pilot_rows)
-    held = scipy.linalg.eigh(
+    eigenvalues = scipy.linalg.eigh(
         model.K[np.ix_(modes, modes)], model.M[np.ix_(modes, modes)], eigvals_only=True
     )
     # As the run of Nastran prints them for this superelement.
-    assert_allclose(np.sqrt(held[:3]) / (2 * np.pi), [6.12935, 6.13013, 23.63188], rtol=2e-6)
+    assert_allclose(np.sqrt(eigenvalues[:3]) / (2 * np.pi), [6.12935, 6.13013, 23.63188], rtol=2e-6)
     # Mass and centre by pyyeti, in the grids' own directions.
     uset, _ = nastran.bulk2uset(str(path.with_suffix(".asm")))
     stored = op4.OP4().load(str(path))

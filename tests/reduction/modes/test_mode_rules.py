@@ -24,23 +24,25 @@ OMEGA = np.array([10.0, 20.0, 20.01, 30.0, 40.0, 40.0, 50.0])
 def frequencies(flexible_structure):
     """Lowest fixed-interface frequencies of the coarse carrier, cut wherever the number falls."""
     body = GroundedBody(flexible_structure.K, flexible_structure.points)
-    held = HeldStructure(body, flexible_structure.pilots)
-    return fixed_interface_modes(held, flexible_structure.M, 24, rng=np.random.default_rng(0)).omega
+    constrained = HeldStructure(body, flexible_structure.pilots)
+    return fixed_interface_modes(
+        constrained, flexible_structure.M, 24, rng=np.random.default_rng(0)
+    ).omega
 
 
 @pytest.mark.parametrize(
-    ("wanted", "kept"), [(0, 0), (1, 1), (2, 3), (3, 3), (4, 4), (5, 6), (6, 6), (7, None)]
+    ("wanted", "count"), [(0, 0), (1, 1), (2, 3), (3, 3), (4, 4), (5, 6), (6, 6), (7, None)]
 )
-def test_a_number_grows_to_the_next_gap(wanted, kept):
-    assert end_of_group(OMEGA, wanted) == kept
-    assert AtLeast(wanted).count(OMEGA) == kept
+def test_a_number_grows_to_the_next_gap(wanted, count):
+    assert end_of_group(OMEGA, wanted) == count
+    assert AtLeast(wanted).count(OMEGA) == count
 
 
 @pytest.mark.parametrize(
-    ("frequency_hz", "kept"), [(5.0, 0), (15.0, 1), (20.005, 3), (45.0, 6), (60.0, None)]
+    ("frequency_hz", "count"), [(5.0, 0), (15.0, 1), (20.005, 3), (45.0, 6), (60.0, None)]
 )
-def test_a_frequency_keeps_what_lies_below_and_its_partner(frequency_hz, kept):
-    assert Below(frequency_hz).count(HZ * OMEGA) == kept
+def test_a_frequency_keeps_what_lies_below_and_its_partner(frequency_hz, count):
+    assert Below(frequency_hz).count(HZ * OMEGA) == count
 
 
 def test_a_body_used_up_to_a_frequency_keeps_modes_up_to_four_times_that():
@@ -59,7 +61,7 @@ def test_the_carriers_numbers_hardly_depend_on_what_counts_as_equal(frequencies,
     differing = set()
     for share in (1e-12, 1e-9, 1e-6, 1e-3, 4e-3):
         monkeypatch.setattr(mode_rules, "SAME_GROUP", share)
-        differing |= {n for n, kept in enumerate(numbers(), start=1) if kept != usual[n - 1]}
+        differing |= {n for n, count in enumerate(numbers(), start=1) if count != usual[n - 1]}
     # Modes 10 and 11 and modes 19 and 20 lie 0.2 % apart: one mode more or less there.
     assert differing <= {9, 10, 19}
 
@@ -77,12 +79,12 @@ def test_no_reduction_of_the_carrier_ends_inside_a_pair(
         {name: points[name] for name in flexible_carrier_pilots(3)},
         dihedral_group(3),
     )
-    for kept in (wanted, Below(frequencies[wanted - 1] / HZ * (1.0 + 1e-6))):
-        whole = craig_bampton(flexible_structure, kept)
-        assert len(whole.modes.omega) == wanted + 1
-        symmetric = symmetric_craig_bampton(half, kept)
-        assert symmetric.model.labels == whole.model.labels
-        assert_allclose(symmetric.basis.omega, whole.modes.omega, rtol=1e-9)
+    for rule in (wanted, Below(frequencies[wanted - 1] / HZ * (1.0 + 1e-6))):
+        full = craig_bampton(flexible_structure, rule)
+        assert len(full.modes.omega) == wanted + 1
+        symmetric = symmetric_craig_bampton(half, rule)
+        assert symmetric.model.labels == full.model.labels
+        assert_allclose(symmetric.basis.omega, full.modes.omega, rtol=1e-9)
 
 
 def test_a_free_interface_body_keeps_its_pairs_too(flexible_structure):

@@ -36,8 +36,8 @@ def test_a_static_load_has_the_stress_of_the_full_body(
     q = static_coordinates(model, ["shaft_face"], LOAD)
     shaft = [pilot for pilot in flexible_structure.pilots if pilot.name == "shaft_face"]
     f = flexible_structure.load_vector(LOAD)[:, None]
-    held = HeldStructure(flexible_reduction.body, shaft)
-    u = held.solve(f, np.zeros((6, 1)))[0][:, 0]
+    constrained = HeldStructure(flexible_reduction.body, shaft)
+    u = constrained.solve(f, np.zeros((6, 1)))[0][:, 0]
     nodes = np.unique(boundary_facets(flexible_mesh.tets)[:, :3])
     full = (stress_rows(flexible_mesh, nodes, BODY_MATERIALS) @ u).reshape(-1, 6)
     size = np.abs(full).max()

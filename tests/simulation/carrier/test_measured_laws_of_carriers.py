@@ -102,8 +102,8 @@ def test_every_column_of_a_pattern_is_one_of_its_waves():
         "carrier/load_sharing": uneven_waves([AXIAL], 5),
     }
     assert tuple(columns) == RIM_PATTERNS
-    for pattern, own in columns.items():
-        for column in own:
+    for pattern, waves in columns.items():
+        for column in waves:
             for one in column.waves:
                 assert has_wave(pattern, column.order, one.lobes, 5)
     assert not has_wave("carrier/load_sharing", 5, 5, 5)
@@ -112,16 +112,16 @@ def test_every_column_of_a_pattern_is_one_of_its_waves():
 
 def test_amplitudes_follow_the_torque_and_go_on_with_the_slope_of_their_end():
     x = np.linspace(1e5, 4e5, 31)
-    part = wave(0, 1, 1e-10 * x + 2e-6, follows="torque", x=x)
+    term = wave(0, 1, 1e-10 * x + 2e-6, follows="torque", x=x)
     for torque in (2.2e5, 5e5, 0.0):
         expected = (1e-10 * torque + 2e-6) * np.cos(V)
-        assert_allclose(read_at(law_of(part), torque=torque), expected)
+        assert_allclose(read_at(law_of(term), torque=torque), expected)
 
 
 @pytest.mark.parametrize("torque", [0.0, 3e5])
 def test_a_radial_load_is_followed_as_a_vector(torque):
     r = np.linspace(0.0, 3e5, 7)
-    parts = [
+    terms = [
         wave(0, 1, size * r, 2.0 * size * r, follows="radial_load", x=r, along=along)
         for size, along in ((1e-11, "y"), (2e-11, "z"), (3e-12, "yy"), (4e-12, "yz"), (5e-12, "zz"))
     ]
@@ -130,12 +130,12 @@ def test_a_radial_load_is_followed_as_a_vector(torque):
     height = 1e-11 * y + 2e-11 * z
     height += 1e5 * (3e-12 * e_y**2 + 4e-12 * e_y * e_z + 5e-12 * e_z**2)
     expected = height * (np.cos(V) + 2.0 * np.sin(V))
-    assert_allclose(read_at(law_of(*parts), torque=torque, y=y, z=z), expected)
+    assert_allclose(read_at(law_of(*terms), torque=torque, y=y, z=z), expected)
     # The other sense of the load turns round what is odd in it, not what is even.
     odd = 1e-11 * y + 2e-11 * z
-    other = read_at(law_of(*parts), torque=torque, y=-y, z=-z)
+    other = read_at(law_of(*terms), torque=torque, y=-y, z=-z)
     assert_allclose(other, expected * (height - 2.0 * odd) / height)
-    assert_allclose(read_at(law_of(*parts)), 0.0)
+    assert_allclose(read_at(law_of(*terms)), 0.0)
 
 
 def test_torque_and_radial_load_make_an_amplitude_together():
@@ -185,11 +185,11 @@ def test_the_simulator_adds_the_signal_of_a_law():
 
 
 @pytest.mark.parametrize(
-    ("planets", "radius", "told"),
+    ("planets", "radius", "message"),
     [(4, 0.412, "of a carrier with 3 planets"), (3, 0.5, "measured at the radius 0.412 m")],
 )
-def test_a_law_of_another_rig_is_refused(planets, radius, told):
+def test_a_law_of_another_rig_is_refused(planets, radius, message):
     law = law_of(wave(0, 1, 2e-5))
     refuse_other_rig(law, 3, 0.4125)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         refuse_other_rig(law, planets, radius)

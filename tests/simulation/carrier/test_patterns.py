@@ -27,11 +27,11 @@ ANGLE = np.linspace(0.0, 2.0 * np.pi, 50)
 def test_equal_pin_loads_give_the_curve_under_torque():
     radius = pin_radius_of(CURVES["delta_f"], CURVES["g_f"], 3)
     torque = np.full(50, 2e5)
-    own = uneven_pins_pattern(ANGLE, 0.8, torque, np.ones(3), g=CURVES["g_f"], pin_radius=radius)
+    curve = uneven_pins_pattern(ANGLE, 0.8, torque, np.ones(3), g=CURVES["g_f"], pin_radius=radius)
     expected = CURVES["delta_f"].axial_at(0.8 - ANGLE) * 200.0
     # The mesh does not repeat from pin to pin, so that the curve of pin 1, turned, misses the
     # others' by a per cent.
-    assert_allclose(own, expected, atol=0.015 * np.abs(expected).max())
+    assert_allclose(curve, expected, atol=0.015 * np.abs(expected).max())
     assert_allclose(radius, 0.308, rtol=0.01)
 
 

@@ -37,12 +37,12 @@ def rates(rig, law, t, y, loads):
     for number, point in enumerate(bushing_points(rig)):
         u, v = np.cross(theta, point - pivot), np.cross(omega, point - pivot)
         force = np.array([-law["k_x"] * u[0] - law["c_x"] * v[0], 0.0, 0.0])
-        for place, axis in enumerate((1, 2)):
+        for row, axis in enumerate((1, 2)):
             elastic = law["K1"] * u[axis] + law["K3"] * u[axis] ** 3 + law["K5"] * u[axis] ** 5
             damping = (law["C1"] + law["C3"] * u[axis] ** 2) * v[axis]
-            branch = law["k"] * fluid[number, place]
+            branch = law["k"] * fluid[number, row]
             if law["c"] > 0.0:
-                fluid_rates[number, place] = v[axis] - law["k"] / law["c"] * fluid[number, place]
+                fluid_rates[number, row] = v[axis] - law["k"] / law["c"] * fluid[number, row]
             force[axis] = -(elastic + damping + branch)
         forces.append(force)
     torque, ntl_y, ntl_z = loads(t)

@@ -31,8 +31,8 @@ from tests.simulation.mounting.test_user_force_law import LINEAR, RIG
 SLIP, YIELD = 1e4, 5e-4
 
 
-def laws_of(*parts, size=1.0):
-    return packed_laws([(Law("law", MOUNTING, "hysteresis", ("N", "m"), parts), size)])
+def laws_of(*terms, size=1.0):
+    return packed_laws([(Law("law", MOUNTING, "hysteresis", ("N", "m"), terms), size)])
 
 
 def from_rest(*, seconds=20.0, step=0.01):
@@ -47,7 +47,7 @@ def from_rest(*, seconds=20.0, step=0.01):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("built_in", "part", "tolerance"),
+    ("built_in", "term", "tolerance"),
     [
         pytest.param(
             {"Kp": SLIP / YIELD, "Fy": SLIP},
@@ -59,15 +59,15 @@ def from_rest(*, seconds=20.0, step=0.01):
         ({"k": 1e7, "c": 5e6}, Branch(BOTH, 0.5, 1e7), 1e-6),
     ],
 )
-def test_a_part_moves_the_housing_as_its_built_in_law_does(built_in, part, tolerance):
-    own = simulate(
-        RIG, parameter_array(RIG, LINEAR), from_rest(), step=2e-3, tables=laws_of(part)
+def test_a_part_moves_the_housing_as_its_built_in_law_does(built_in, term, tolerance):
+    by_term = simulate(
+        RIG, parameter_array(RIG, LINEAR), from_rest(), step=2e-3, tables=laws_of(term)
     ).signals
     reference = simulate(
         RIG, parameter_array(RIG, {**LINEAR, **built_in}), from_rest(), step=2e-3
     ).signals
     largest = np.abs(reference).max()
-    assert_allclose(own, reference, rtol=0.0, atol=tolerance * largest)
+    assert_allclose(by_term, reference, rtol=0.0, atol=tolerance * largest)
     bare = simulate(RIG, parameter_array(RIG, LINEAR), from_rest()).signals
     assert np.abs(bare - reference).max() > 0.02 * largest
 
@@ -78,9 +78,9 @@ def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
     # 400 MN/m and more beside 18: the longest steps that are taken turn by 3 rad.
     laws = laws_of(Stop(BOTH, 2e-3, 8e5, RADIAL), Branch(PORT, 0.2, 3e8))
     parameters = parameter_array(RIG, LINEAR)
-    own = simulate(RIG, parameters, from_rest(seconds=4.0), step=step, tables=laws).signals
+    coarse = simulate(RIG, parameters, from_rest(seconds=4.0), step=step, tables=laws).signals
     fine = simulate(RIG, parameters, from_rest(seconds=4.0), step=2.5e-4, tables=laws).signals
-    assert_allclose(own, fine, rtol=0.0, atol=tolerance * np.abs(fine).max())
+    assert_allclose(coarse, fine, rtol=0.0, atol=tolerance * np.abs(fine).max())
 
 
 def test_a_record_in_pieces_is_the_whole_record():
@@ -94,12 +94,12 @@ def test_a_record_in_pieces_is_the_whole_record():
         RIG, parameter_array(RIG, LINEAR), inputs.loads, inputs.step, tables=laws
     )
     state = state_at_rest(model, inputs.loads[0])
-    whole, _ = marched(model, state, inputs.loads)
+    at_once, _ = marched(model, state, inputs.loads)
     first, middle = marched(model, state, inputs.loads[:801])
     second, _ = marched(model, middle, inputs.loads[800:])
-    assert_allclose(np.concatenate([first, second[1:]]), whole, rtol=0.0, atol=1e-15)
+    assert_allclose(np.concatenate([first, second[1:]]), at_once, rtol=0.0, atol=1e-15)
     # The state that the march began with is as it was.
-    assert_allclose(marched(model, state, inputs.loads)[0], whole, rtol=0.0, atol=0.0)
+    assert_allclose(marched(model, state, inputs.loads)[0], at_once, rtol=0.0, atol=0.0)
     assert first_signals(model, middle) == pytest.approx(first[-1])
 
 
@@ -122,30 +122,30 @@ def test_a_radial_stop_slips_in_the_direction_of_the_motion():
 def test_a_radial_stop_in_one_direction_is_one_that_acts_apart():
     u = np.zeros((2, 2, 400))
     u[:, 1] = 3.0 * YIELD * np.sin(np.linspace(0.0, 12.0, 400))
-    own = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, RADIAL)), u, 0.0 * u, 1e-3)
+    radial = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, RADIAL)), u, 0.0 * u, 1e-3)
     apart = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, APART)), u, 0.0 * u, 1e-3)
-    assert_allclose(own, apart, atol=1e-9 * SLIP)
+    assert_allclose(radial, apart, atol=1e-9 * SLIP)
     assert np.abs(apart).max() == pytest.approx(SLIP)
 
 
 def test_the_size_scales_forces_and_a_part_acts_in_its_bushing():
     u = np.cumsum(np.random.default_rng(0).standard_normal((2, 2, 300)) * 2e-4, axis=2)
-    parts = (Stop(PORT, YIELD, SLIP, APART), Branch(PORT, 0.1, 1e7))
-    own = bushing_forces(laws_of(*parts), u, 0.0 * u, 1e-2)
-    assert_allclose(own[0], 0.0)
-    assert np.abs(own[1]).max() > SLIP
-    assert_allclose(bushing_forces(laws_of(*parts, size=3.0), u, 0.0 * u, 1e-2), 3.0 * own)
+    terms = (Stop(PORT, YIELD, SLIP, APART), Branch(PORT, 0.1, 1e7))
+    force = bushing_forces(laws_of(*terms), u, 0.0 * u, 1e-2)
+    assert_allclose(force[0], 0.0)
+    assert np.abs(force[1]).max() > SLIP
+    assert_allclose(bushing_forces(laws_of(*terms, size=3.0), u, 0.0 * u, 1e-2), 3.0 * force)
 
 
 def test_a_branch_relaxes_with_its_time():
     u = np.zeros((2, 2, 200))
     u[:, :, 1:] = 1e-3
     tau, step = 0.25, 1e-2
-    own = bushing_forces(laws_of(Branch(BOTH, tau, 1e7)), u, 0.0 * u, step)
+    force = bushing_forces(laws_of(Branch(BOTH, tau, 1e7)), u, 0.0 * u, step)
     decay = np.exp(-step * np.arange(199) / tau)
-    assert_allclose(own[0, 0, 1:], own[0, 0, 1] * decay, rtol=1e-9)
+    assert_allclose(force[0, 0, 1:], force[0, 0, 1] * decay, rtol=1e-9)
     # A ramp of one step leaves tau / step (1 - exp(-step / tau)) of the spring's force.
-    assert own[0, 0, 1] == pytest.approx(1e4 * tau / step * -np.expm1(-step / tau))
+    assert force[0, 0, 1] == pytest.approx(1e4 * tau / step * -np.expm1(-step / tau))
 
 
 def test_a_smooth_stop_gives_way_along_its_path():

@@ -22,8 +22,8 @@ SIZE = np.linspace(0.0, 8e-3, 2001)
 HARD = 3e12
 
 
-def law_of(*parts, effect_class="restoring_force"):
-    return packed_laws([(Law("law", MOUNTING, effect_class, ("N", "m"), parts), 1.0)])
+def law_of(*terms, effect_class="restoring_force"):
+    return packed_laws([(Law("law", MOUNTING, effect_class, ("N", "m"), terms), 1.0)])
 
 
 def cubic_of(bushing=BOTH):
@@ -35,10 +35,12 @@ RADIAL_CUBIC = Table(BOTH, SIZE, HARD * SIZE**3, RADIAL)
 
 @pytest.mark.long
 def test_a_table_of_the_built_in_law_moves_as_it_does():
-    own = simulate(RIG, parameter_array(RIG, LINEAR), inputs(), tables=law_of(cubic_of())).signals
+    by_table = simulate(
+        RIG, parameter_array(RIG, LINEAR), inputs(), tables=law_of(cubic_of())
+    ).signals
     built_in = simulate(RIG, parameter_array(RIG, {**LINEAR, "K3": K3}), inputs()).signals
     # Chords of 4 um over a cubic: an error of (4e-6)² f''/8 of the force, 1e-6 of it.
-    assert_allclose(own, built_in, rtol=0.0, atol=2e-6 * np.abs(built_in).max())
+    assert_allclose(by_table, built_in, rtol=0.0, atol=2e-6 * np.abs(built_in).max())
 
 
 def test_one_table_for_either_bushing_is_the_table_of_both():

@@ -25,7 +25,7 @@ RIG = MountingRig(zeroing_samples=1)
 LOADED = np.array([200e3, 0.0, 0.0])
 
 
-def held(loads, seconds, rate):
+def steady_inputs(loads, seconds, rate):
     """Loads that stay."""
     time = np.arange(round(seconds * rate) + 1) / rate
     rest = np.zeros_like(time)
@@ -53,7 +53,7 @@ def test_a_small_free_decay_about_a_torque_has_the_roots_of_the_roll(name, n_roo
     # Torque alone bends both bushings alike, so that roll stays apart from pitch. It begins
     # slightly off its value.
     rate = 2000.0
-    inputs = held(LOADED, 0.6, rate)
+    inputs = steady_inputs(LOADED, 0.6, rate)
     torque = inputs.torque.copy()
     torque[0] += 5.0
     roll = RIG.housing_motion(simulate(RIG, parameters, replace(inputs, torque=torque)).signals)[
@@ -78,7 +78,7 @@ def test_roots_are_those_of_the_second_model_by_differences(name):
     assert name == "hydro-dynamic" or friction == (0.0, 0.0)
     parameters = parameter_array(RIG, law)
     loads = np.array([150e3, 40e3, -90e3])
-    values = {key: parameters[place] for key, place in INDEX.items()}
+    values = {key: parameters[index] for key, index in INDEX.items()}
     vertical, horizontal = mounting_blocks(RIG, parameters)
     y = np.zeros(10)
     y[:2], y[2] = vertical.static_solution(loads)[0], horizontal.static_solution(loads)[0][0]
@@ -133,16 +133,16 @@ def test_the_papers_damping_makes_every_mode_creep():
 
 
 @pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
-@pytest.mark.parametrize("place", [0, 2])
-def test_frequency_response_is_that_of_a_simulated_sine(name, place):
+@pytest.mark.parametrize("load", [0, 2])
+def test_frequency_response_is_that_of_a_simulated_sine(name, load):
     parameters = parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "P_T": 0.1})
     loads = np.array([200e3, 20e3, -60e3])
     frequency = 8.0
     periods = 40
     per_period = 200
-    inputs = held(loads, periods / frequency, frequency * per_period)
-    size = np.array([50.0, 20.0, 20.0])[place]
-    column = ("torque", "ntl_y", "ntl_z")[place]
+    inputs = steady_inputs(loads, periods / frequency, frequency * per_period)
+    size = np.array([50.0, 20.0, 20.0])[load]
+    column = ("torque", "ntl_y", "ntl_z")[load]
     sine = size * np.sin(2.0 * np.pi * frequency * inputs.time)
     signals = simulate(
         RIG, parameters, replace(inputs, **{column: getattr(inputs, column) + sine})
@@ -151,11 +151,11 @@ def test_frequency_response_is_that_of_a_simulated_sine(name, place):
     wave = np.exp(-2j * np.pi * frequency * inputs.time[window]) * 2j / (4 * per_period)
     rest = simulate(RIG, parameters, inputs).signals
     result = wave @ (signals - rest)[window] / size
-    expected = frequency_response(RIG, parameters, loads, np.array([frequency]))[0, :, place]
-    seen = np.abs(expected) > 1e-3 * np.abs(expected).max()
-    assert seen.sum() >= 2
-    assert_allclose(result[seen], expected[seen], rtol=1e-3)
-    assert_allclose(result[~seen], 0.0, atol=1e-3 * np.abs(expected).max())
+    expected = frequency_response(RIG, parameters, loads, np.array([frequency]))[0, :, load]
+    responds = np.abs(expected) > 1e-3 * np.abs(expected).max()
+    assert responds.sum() >= 2
+    assert_allclose(result[responds], expected[responds], rtol=1e-3)
+    assert_allclose(result[~responds], 0.0, atol=1e-3 * np.abs(expected).max())
 
 
 def test_a_force_that_hardly_changes_meets_the_static_answer_and_a_late_sensor_lags():

@@ -18,7 +18,7 @@ RIG = MountingRig(zeroing_samples=1)
 
 
 def law_of(parameters):
-    return {name: parameters[place] for name, place in INDEX.items()}
+    return {name: parameters[index] for name, index in INDEX.items()}
 
 
 def slow_inputs(torque=0.0, ntl_y=0.0, ntl_z=0.0, duration=60.0):
@@ -178,9 +178,9 @@ def test_sensor_matrix_reads_the_points_of_figure_5():
         "sbx": ([0.0, 0.0, -rig.R_b], 0),
     }
     read = rig.sensor_matrix @ motion
-    for place, sensor in enumerate(SENSORS):
+    for row, sensor in enumerate(SENSORS):
         point, axis = points[sensor]
-        assert_allclose(read[place], (motion[:3] + np.cross(motion[3:], point))[axis], rtol=1e-12)
+        assert_allclose(read[row], (motion[:3] + np.cross(motion[3:], point))[axis], rtol=1e-12)
     assert_allclose(rig.housing_motion(read[None])[0], motion, rtol=1e-12)
 
 
@@ -199,15 +199,18 @@ def test_mass_matrix_is_the_inertia_about_the_main_bearing():
 
 def test_inputs_on_an_uneven_grid_give_the_signals_at_their_own_times():
     even = shaking_inputs(1.0, rate=400.0)
-    kept = np.unique(np.concatenate([np.arange(0, 401, 3), np.arange(0, 401, 7)]))
-    uneven = MountingInputs(*(values[kept] for values in even.columns().values()))
+    chosen = np.unique(np.concatenate([np.arange(0, 401, 3), np.arange(0, 401, 7)]))
+    uneven = MountingInputs(*(values[chosen] for values in even.columns().values()))
     parameters = parameter_array(RIG, BUSHINGS["linear"])
-    whole, part = simulate(RIG, parameters, even).signals, simulate(RIG, parameters, uneven).signals
+    full, subset = (
+        simulate(RIG, parameters, even).signals,
+        simulate(RIG, parameters, uneven).signals,
+    )
     # Loads and signals are taken as linear between samples 7.5 ms apart: each errs by h²/8 of the
     # second derivative.
-    bend = np.abs(np.diff(whole, 2, axis=0)).max() * 400.0**2
-    assert_allclose(part, whole[kept], rtol=0.0, atol=2.0 * 0.0075**2 / 8.0 * bend)
-    assert 2.0 * 0.0075**2 / 8.0 * bend < 5e-3 * np.abs(whole).max()
+    bend = np.abs(np.diff(full, 2, axis=0)).max() * 400.0**2
+    assert_allclose(subset, full[chosen], rtol=0.0, atol=2.0 * 0.0075**2 / 8.0 * bend)
+    assert 2.0 * 0.0075**2 / 8.0 * bend < 5e-3 * np.abs(full).max()
 
 
 def test_free_play_of_the_bushings_adds_to_the_static_roll():

@@ -110,23 +110,23 @@ def test_a_run_in_pieces_equals_the_whole_one_and_may_end_early(name):
     )
     pieces = list(signal_pieces(RIG, parameters, inputs))
     assert [len(piece) for piece in pieces] == [1, 2000, 2000, 500]
-    whole = simulate(RIG, parameters, inputs).signals
+    at_once = simulate(RIG, parameters, inputs).signals
     joined = response_of(RIG, parameters, inputs, np.concatenate(pieces))
-    assert_allclose(joined.signals, whole, rtol=0.0, atol=1e-14)
+    assert_allclose(joined.signals, at_once, rtol=0.0, atol=1e-14)
     early = response_of(RIG, parameters, inputs, np.concatenate(pieces[:2]))
     assert_allclose(early.time, inputs.time[:2001])
-    assert_allclose(early.signals, whole[:2001], rtol=0.0, atol=1e-14)
+    assert_allclose(early.signals, at_once[:2001], rtol=0.0, atol=1e-14)
 
 
 def test_a_run_that_ends_early_on_an_uneven_grid_keeps_the_times_it_covers():
     even, parameters = shaking_inputs(1.0, rate=400.0), parameter_array(RIG, BUSHINGS["linear"])
-    kept = np.unique(np.concatenate([np.arange(0, 401, 3), np.arange(0, 401, 7)]))
-    inputs = MountingInputs(*(values[kept] for values in even.columns().values()))
+    chosen = np.unique(np.concatenate([np.arange(0, 401, 3), np.arange(0, 401, 7)]))
+    inputs = MountingInputs(*(values[chosen] for values in even.columns().values()))
     (signals,) = list(signal_pieces(RIG, parameters, inputs))[1:]
-    part = response_of(RIG, parameters, inputs, signals[:50].copy())
-    assert inputs.grid[48] < part.time[-1] <= inputs.grid[49]
-    whole = simulate(RIG, parameters, inputs).signals
-    assert len(part.signals) == len(part.time) < len(whole)
+    shortened = response_of(RIG, parameters, inputs, signals[:50].copy())
+    assert inputs.grid[48] < shortened.time[-1] <= inputs.grid[49]
+    full = simulate(RIG, parameters, inputs).signals
+    assert len(shortened.signals) == len(shortened.time) < len(full)
 
 
 def test_a_diverging_record_keeps_what_was_written(tmp_path):
@@ -140,8 +140,8 @@ def test_a_diverging_record_keeps_what_was_written(tmp_path):
     ) as caught:
         write_record(pieces, path)
     assert caught.value.time > 1.2
-    kept = pa_parquet.read_table(path)["time"].to_numpy()
-    assert_allclose(kept[-1], caught.value.time, atol=1e-9)
+    written = pa_parquet.read_table(path)["time"].to_numpy()
+    assert_allclose(written[-1], caught.value.time, atol=1e-9)
     assert [file.name for file in tmp_path.iterdir()] == ["record.parquet"]
 
 
@@ -196,8 +196,8 @@ def test_every_effect_of_the_contract_has_parameters_within_bounds():
         }
         changed = simulate(RIG, parameter_array(RIG, chosen), inputs).signals
         assert np.abs(changed - base).max() > 1e-6, effect
-    for place, parameter in enumerate(PARAMETERS):
-        assert parameter.lower <= neutral[place] <= parameter.upper
+    for index, parameter in enumerate(PARAMETERS):
+        assert parameter.lower <= neutral[index] <= parameter.upper
 
 
 def test_the_load_history_has_the_events_of_figure_6():
@@ -224,9 +224,9 @@ def test_the_load_history_has_the_events_of_figure_6():
         0.01 * 0.5 * (inputs.speed[1:] + inputs.speed[:-1]),
         atol=1e-4,
     )
-    part = history_inputs(history, 40.0, 560.0)
-    assert part.time.size == 52000
-    assert_allclose(part.torque[-1], at(559.99, inputs.torque))
+    window = history_inputs(history, 40.0, 560.0)
+    assert window.time.size == 52000
+    assert_allclose(window.torque[-1], at(559.99, inputs.torque))
 
 
 def test_a_load_history_out_of_order_is_refused():

@@ -43,11 +43,11 @@ def inputs(*, seconds=20.0, step=0.01):
 def test_a_law_equal_to_the_built_in_ones_gives_their_motion(extra):
     law = ForceLaw(HARDENING, np.array([K3, K5, C3]))
     parameters = parameter_array(RIG, {**LINEAR, **extra})
-    own = simulate(RIG, parameters, inputs(), step=1e-3, user_law=law).signals
+    by_user_law = simulate(RIG, parameters, inputs(), step=1e-3, user_law=law).signals
     values = {**LINEAR, **extra, "K3": K3, "K5": K5, "C3": C3}
     built_in = simulate(RIG, parameter_array(RIG, values), inputs(), step=1e-3).signals
     # Both solve the same equations to the tolerance of the iteration, 1e-8.
-    assert_allclose(own, built_in, rtol=0.0, atol=1e-7 * np.abs(built_in).max())
+    assert_allclose(by_user_law, built_in, rtol=0.0, atol=1e-7 * np.abs(built_in).max())
 
 
 @pytest.mark.long
@@ -55,10 +55,12 @@ def test_a_stiff_law_that_needs_newtons_method_gives_the_motion_of_the_built_in_
     # At 4 ms the added stiffness turns by 2 rad a step: only Newton's method with the slopes of the
     # law gets to rounding.
     law = ForceLaw(HARDENING, np.array([40.0 * K3, 100.0 * K5, 0.0]))
-    own = simulate(RIG, parameter_array(RIG, LINEAR), inputs(), step=4e-3, user_law=law).signals
+    by_user_law = simulate(
+        RIG, parameter_array(RIG, LINEAR), inputs(), step=4e-3, user_law=law
+    ).signals
     values = {**LINEAR, "K3": 40.0 * K3, "K5": 100.0 * K5}
     built_in = simulate(RIG, parameter_array(RIG, values), inputs(), step=4e-3).signals
-    assert_allclose(own, built_in, rtol=0.0, atol=1e-10 * np.abs(built_in).max())
+    assert_allclose(by_user_law, built_in, rtol=0.0, atol=1e-10 * np.abs(built_in).max())
 
 
 @pytest.mark.long
@@ -115,8 +117,8 @@ def test_small_motions_know_the_slopes_of_the_law():
     law = ForceLaw(HARDENING, np.array([K3, K5, C3]))
     load = np.array([3e5, 5e4, -1e5])
     built_in = mounting_blocks(RIG, parameter_array(RIG, {**LINEAR, "K3": K3, "K5": K5, "C3": C3}))
-    own = mounting_blocks(RIG, parameter_array(RIG, LINEAR), law)
-    for expected, block in zip(built_in, own, strict=True):
+    by_user_law = mounting_blocks(RIG, parameter_array(RIG, LINEAR), law)
+    for expected, block in zip(built_in, by_user_law, strict=True):
         linear = linearised_block(block, load)
         assert linear.is_linear
         # Central differences with a step of 1e-5 of the deflection.

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 MM, NONE = "mm", "none"
 #: Places of the planets around the axis in the public file: v, w [mm].
-PLACES = ((0.0, 78.0), (67.54998149518622, -39.0), (-67.5499814951862, -39.0))
+PLANET_POSITIONS = ((0.0, 78.0), (67.54998149518622, -39.0), (-67.5499814951862, -39.0))
 
 
 class Model:
@@ -27,14 +27,14 @@ class Model:
         }
         self.components, self.relations, self.cases = [], [], []
 
-    def add(self, number, kind, name="", place=None, **attributes):
+    def add(self, number, kind, name="", position=None, **attributes):
         """A component; attributes are (value, unit), places [mm] refer to component 1."""
         stated = [
             {"id": key, "unit": unit, "value": value} for key, (value, unit) in attributes.items()
         ]
-        if place is not None:
+        if position is not None:
             stated += [
-                {"id": "support_vector", "unit": MM, "value": [float(x) for x in place]},
+                {"id": "support_vector", "unit": MM, "value": [float(x) for x in position]},
                 {"id": "u_axis_vector", "unit": MM, "value": [1.0, 0.0, 0.0]},
                 {"id": "w_axis_vector", "unit": MM, "value": [0.0, 0.0, 1.0]},
                 {"id": "reference_component_for_position", "unit": NONE, "value": 1},
@@ -157,11 +157,11 @@ def _section(model, number, shaft, length, inner, outer):
     model.join("assembly", assembly=shaft, part=number)
 
 
-def _gear(model, number, kind, shaft, teeth, place):
+def _gear(model, number, kind, shaft, teeth, position):
     model.add(
         number,
         kind,
-        place=place,
+        position=position,
         face_width=(50.0, MM),
         helix_angle_reference_diameter=(0.0, "°"),
         normal_module=(4.0, MM),
@@ -179,7 +179,7 @@ def public_stage():
         1,
         "gear_unit",
         "Gear unit [1]",
-        place=(0.0, 0.0, 0.0),
+        position=(0.0, 0.0, 0.0),
         account_for_gravity=(True, NONE),
         direction_vector_gravity_u=(0.0, NONE),
         direction_vector_gravity_v=(1.0, NONE),
@@ -197,7 +197,7 @@ def public_stage():
         poisson_ratio=(0.3, NONE),
     )
     for number, u in ((4, 0.0), (6, 150.0), (34, 100.0), (62, 100.0)):
-        model.add(number, "shaft", place=(u, 0.0, 0.0))
+        model.add(number, "shaft", position=(u, 0.0, 0.0))
         model.join("assembly", assembly=1, part=number)
     model.components[-2]["attributes"] += [
         {"id": "rotational_speed", "unit": "1 / min", "value": 1500.0},
@@ -215,7 +215,7 @@ def public_stage():
         model.add(
             number,
             "side_plate",
-            place=(u, 0.0, 0.0),
+            position=(u, 0.0, 0.0),
             inner_diameter=(inner, MM),
             outer_diameter=(219.0, MM),
             length=(8.0, MM),
@@ -234,15 +234,15 @@ def public_stage():
         (59, 25.0, 4, "both_directions"),
         (60, 75.0, 4, "no_direction"),
     ):
-        model.add(number, "concept_bearing", place=(u, 0.0, 0.0), **_rigid(0.0, absorbs))
+        model.add(number, "concept_bearing", position=(u, 0.0, 0.0), **_rigid(0.0, absorbs))
         model.join("side", assembly=number, inner_part=shaft, outer_part=2)
     for number, u in ((65, 112.5), (66, 137.5)):
-        model.add(number, "switchable_coupling", place=(u, 0.0, 0.0))
+        model.add(number, "switchable_coupling", position=(u, 0.0, 0.0))
         model.join("side", assembly=number, inner_part=62, outer_part=2)
-    for i, (v, w) in enumerate(PLACES):
+    for i, (v, w) in enumerate(PLANET_POSITIONS):
         shaft, pin, gear = 229 + i, 235 + i, 247 + i
-        model.add(shaft, "shaft", place=(100.0, v, w))
-        model.add(pin, "shaft", place=(92.0, v, w))
+        model.add(shaft, "shaft", position=(100.0, v, w))
+        model.add(pin, "shaft", position=(92.0, v, w))
         _section(model, 272 + i, shaft, 50.0, 57.0, 58.0)
         _section(model, 265 + i, pin, 66.0, 0.0, 43.2)
         model.join("planet_shaft", planetary_stage=9, shaft=shaft)
@@ -253,10 +253,12 @@ def public_stage():
             (232 + i, 112.5, "both_directions"),
             (244 + i, 137.5, "no_direction"),
         ):
-            model.add(bearing, "concept_bearing", place=(u, v, w), **_rigid(0.0, absorbs))
+            model.add(bearing, "concept_bearing", position=(u, v, w), **_rigid(0.0, absorbs))
             model.join("side", assembly=bearing, inner_part=pin, outer_part=shaft)
         for coupling, plate, u in ((238 + i, 67, 96.0), (241 + i, 68, 154.0)):
-            model.add(coupling, "coupling", place=(u, v, w), bending_stiffness=(1e20, "N mm / rad"))
+            model.add(
+                coupling, "coupling", position=(u, v, w), bending_stiffness=(1e20, "N mm / rad")
+            )
             model.join("side", assembly=coupling, inner_part=pin, outer_part=plate)
         for mesh, first, second in ((211 + i, 53, gear), (220 + i, gear, 58)):
             model.add(
@@ -278,7 +280,7 @@ def shipped_gearbox():
         "direction_vector_gravity_w": (-1.0, NONE),
         "gravitational_acceleration": (9.81, "m / s^2"),
     }
-    model.add(1, "gear_unit", place=(0.0, 0.0, 0.0), **g)
+    model.add(1, "gear_unit", position=(0.0, 0.0, 0.0), **g)
     model.add(2, "gear_casing")
     model.add(
         3,
@@ -294,7 +296,7 @@ def shipped_gearbox():
         (12, 300.0, "sun"),
         (13, 70.0, "ring"),
     ):
-        model.add(number, "shaft", kind, place=(u, 0.0, 0.0))
+        model.add(number, "shaft", kind, position=(u, 0.0, 0.0))
     for shaft in (10, 11):
         model.join("planet_carrier_shaft", planetary_stage=4, shaft=shaft)
     _section(model, 20, 10, 120.0, 320.0, 460.0)
@@ -303,7 +305,7 @@ def shipped_gearbox():
         model.add(
             number,
             "side_plate",
-            place=(u, 0.0, 0.0),
+            position=(u, 0.0, 0.0),
             length=(length, MM),
             outer_diameter=(870.0, MM),
         )
@@ -317,21 +319,21 @@ def shipped_gearbox():
         (50, "cylindrical_gear", 12, 21, (185.0, 0.0, 0.0), 220.0, 235.6, 7.5),
         (51, "ring_gear", 13, -99, (185.0, 0.0, 0.0), 227.5, 998.0, -7.5),
     )
-    places = [
+    positions = [
         (-308.0 * math.sin(angle), 308.0 * math.cos(angle))
         for angle in (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)
     ]
-    for i, place in enumerate(places):
-        model.add(70 + i, "shaft", f"planet {i + 1}", place=(75.0, *place))
-        model.add(80 + i, "shaft", f"pin {i + 1}", place=(0.0, *place))
+    for i, position in enumerate(positions):
+        model.add(70 + i, "shaft", f"planet {i + 1}", position=(75.0, *position))
+        model.add(80 + i, "shaft", f"pin {i + 1}", position=(0.0, *position))
         _section(model, 85 + i, 80 + i, 350.0, 0.0, 160.0)
         model.join("planet_pin", planetary_stage=4, shaft=80 + i)
-        gears += ((60 + i, "cylindrical_gear", 70 + i, 39, (185.0, *place), 227.5, 421.2, -7.5),)
+        gears += ((60 + i, "cylindrical_gear", 70 + i, 39, (185.0, *position), 227.5, 421.2, -7.5),)
         for bearing, u in ((90 + i, 145.0), (95 + i, 225.0)):
             model.add(
                 bearing,
                 "rolling_bearing_with_catalog_geometry",
-                place=(u, *place),
+                position=(u, *position),
                 bearing_type=("cylindrical_roller_bearing", NONE),
                 width=(80.0, MM),
                 radial_stiffness=(8.5e9, "N / m"),
@@ -340,11 +342,11 @@ def shipped_gearbox():
                 operating_radial_bearing_clearance=(80.0, "mum"),
             )
             model.join("side", assembly=bearing, inner_part=80 + i, outer_part=70 + i)
-    for number, kind, shaft, teeth, place, width, tip, helix in gears:
+    for number, kind, shaft, teeth, position, width, tip, helix in gears:
         model.add(
             number,
             kind,
-            place=place,
+            position=position,
             number_of_teeth=(teeth, NONE),
             face_width=(width, MM),
             tip_diameter=(tip, MM),
@@ -374,7 +376,7 @@ def shipped_gearbox():
         model.add(
             number,
             "concept_bearing",
-            place=(u, 0.0, 0.0),
+            position=(u, 0.0, 0.0),
             radial_stiffness=(stiffness, "N / m"),
             axial_stiffness=(8e8, "N / m"),
             width=(56.0, MM),

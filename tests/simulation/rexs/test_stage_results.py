@@ -66,9 +66,11 @@ def test_bearing_forces_make_the_torque_and_the_moments_of_the_pins(make, tmp_pa
     results = results_of(stage, columns())
     torque, arm = 0.0, None
     for planet in stage.planets:
-        place = position(stage.model, planet.gear)
+        gear_position = position(stage.model, planet.gear)
         pair = [(position(stage.model, b), force(stage, results, b)) for b in planet.bearings]
-        arm = planet.radial * float(np.linalg.norm(place - stage.axes[0] * (stage.axes[0] @ place)))
+        arm = planet.radial * float(
+            np.linalg.norm(gear_position - stage.axes[0] * (stage.axes[0] @ gear_position))
+        )
         torque += sum(float(stage.axes[0] @ np.cross(arm, f)) for _, f in pair)
         total = sum(f for _, f in pair)
         assert stage.axes[0] @ total == pytest.approx(AXIAL)

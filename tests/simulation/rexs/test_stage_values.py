@@ -208,12 +208,12 @@ def test_a_load_on_the_other_end_turns_the_frame(tmp_path):
 def test_a_load_beyond_the_gears_turns_the_frame_of_a_single_shaft(tmp_path):
     """As of a carrier with one plate: where its shaft begins tells nothing of the load's side."""
     model = public_stage()
-    place = {"id": "u_coordinate_on_shaft", "unit": "mm", "value": 126.0}
+    coordinate = {"id": "u_coordinate_on_shaft", "unit": "mm", "value": 126.0}
     load = next(each for each in model.components if each["id"] == 61)
-    load["attributes"].append(place)
+    load["attributes"].append(coordinate)
     assert any("against the axis u" in note for note in values_of(model, tmp_path).notes)
     # The gears stand at 125 mm.
-    place["value"] = 124.0
+    coordinate["value"] = 124.0
     assert not any("against the axis u" in note for note in values_of(model, tmp_path).notes)
 
 
@@ -264,9 +264,9 @@ def test_a_gear_that_no_bearing_holds_is_held_by_the_default(tmp_path):
     model.attribute(37, "radial_force_absorption")["value"] = False
     values = values_of(model, tmp_path)
     for key, power in (("sun_axial", 1), ("sun_tilt", 3)):
-        held = origin(values, "bearings", key)
-        assert held.how == "default"
-        assert held.number == pytest.approx(getattr(BearingData, key) * s**power, rel=1e-10)
+        source = origin(values, "bearings", key)
+        assert source.how == "default"
+        assert source.number == pytest.approx(getattr(BearingData, key) * s**power, rel=1e-10)
         assert any(f"the default of {key} holds" in note for note in values.notes)
     assert origin(values, "bearings", "sun_radial").how == "file"
 

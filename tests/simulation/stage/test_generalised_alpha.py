@@ -56,8 +56,8 @@ def swung(model):
 def test_both_integrators_come_to_one_motion_with_the_square_of_the_step(loose):
     drive, start = swung(loose), quasi_static_start(loose, LOAD)
     settings = {"duration": 0.1, "sample_rate": 100.0}
-    own = joined_records(list(run_stage(loose, drive, start, step=3.125e-5, **settings)))
-    kept = [
+    reference = joined_records(list(run_stage(loose, drive, start, step=3.125e-5, **settings)))
+    rows = [
         0,
         loose.labels.index("housing Tz [m]"),
         loose.labels.index("generator Rx [rad]"),
@@ -66,8 +66,8 @@ def test_both_integrators_come_to_one_motion_with_the_square_of_the_step(loose):
     errors = []
     for step in steps:
         other = run_by_generalised_alpha(loose, drive, start, step=step, **settings)
-        errors.append(np.abs(other.c[:, kept] - own.c[:, kept]).max(axis=0))
-    swing = np.ptp(own.c[:, kept], axis=0)
+        errors.append(np.abs(other.c[:, rows] - reference.c[:, rows]).max(axis=0))
+    swing = np.ptp(reference.c[:, rows], axis=0)
     assert (errors[-1] < 1e-3 * swing).all(), errors[-1] / swing
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert (slopes > 1.6).all(), slopes

@@ -74,7 +74,7 @@ def test_slow_force_meets_the_static_stiffness(stage_body, modal):
     even = StageData(mounting=replace(MountingData(), axial_stiffness=0.0, x=0.5))
     still = stage_model(stage_body, even, speed=0.0)
     load = SteadyLoad(360e3, gravity=0.0), SteadyLoad(360e3, ntl_z=1e3, gravity=0.0)
-    before, after = (static_coordinates(still, own, mean_stiffness=True) for own in load)
+    before, after = (static_coordinates(still, steady, mean_stiffness=True) for steady in load)
     row = np.zeros(len(before))
     row[still.labels.index("housing Tz [m]")] = 1.0
     response = frequency_response(modal_stage(still), np.array([1e-3]), still.loads.radial_z, row)

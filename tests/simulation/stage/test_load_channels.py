@@ -22,11 +22,11 @@ TORQUE = 360e3
 
 
 #: Holds the housing, so that bearings alone share the load.
-HELD = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
+FIXED_HOUSING = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
 
 
 def static_columns(body, load, **bearings):
-    data = StageData(bearings=BearingData(**bearings), mounting=HELD)
+    data = StageData(bearings=BearingData(**bearings), mounting=FIXED_HOUSING)
     model = stage_model(body, data, speed=0.0)
     record = quasi_static_turn(model, load, 5)
     return load_columns(model, record, part_loads(model, record.c))

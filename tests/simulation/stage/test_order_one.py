@@ -40,7 +40,7 @@ SENSORS = tuple(
 )
 WEIGHTLESS = SteadyLoad(360e3, gravity=0.0)
 #: Stiffness of a mounting that holds the housing; the bearings' is 6e9.
-HELD = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
+FIXED_HOUSING = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
 #: Distance of the joint and of both bearings' seats from the main bearing [m].
 JOINT = 2.1
 UPWIND = 2.16
@@ -104,8 +104,8 @@ def wobble_and_rocking(body, data, load=WEIGHTLESS):
     model = stage_model(body, data, effects=StageEffects(phi_PLC=PHI, theta_PLC=1.0), speed=0.0)
     first = sensor_orders(model, quasi_static_turn(model, load), SENSORS).amplitudes[:, 1]
     angles = np.array([sensor.angle for sensor in SENSORS])
-    parts = [abs(np.mean(first * np.exp(sign * 1j * angles))) for sign in (1.0, -1.0)]
-    return np.array(parts) / (RADIUS * PHI)
+    sequences = [abs(np.mean(first * np.exp(sign * 1j * angles))) for sign in (1.0, -1.0)]
+    return np.array(sequences) / (RADIUS * PHI)
 
 
 @pytest.mark.parametrize("tilt_stiffness", [0.0, 2.7e5, 4.67e6])
@@ -132,18 +132,18 @@ def test_a_held_housing_sees_what_two_bearings_leave_of_the_kink(
     bearings = BearingData(upwind_radial=upwind, downwind_radial=downwind)
     beam = rigid_carrier_on_two_springs(upwind, downwind, bearings.main_radial)
     assert_allclose(beam, expected, rtol=1e-4)
-    share = share_of_kink(rigid_body, StageData(bearings=bearings, mounting=HELD))
+    share = share_of_kink(rigid_body, StageData(bearings=bearings, mounting=FIXED_HOUSING))
     assert_allclose(share, beam, rtol=2e-3)
 
 
 def test_the_flexible_carrier_bends_and_shows_a_little_more(stage_body):
-    assert_allclose(share_of_kink(stage_body, StageData(mounting=HELD)), 0.29, rtol=0.01)
+    assert_allclose(share_of_kink(stage_body, StageData(mounting=FIXED_HOUSING)), 0.29, rtol=0.01)
 
 
 def test_one_bearing_shows_the_kink_but_for_its_distance_from_the_joint(stage_body):
     # Statically determinate: L / (L + a), whatever the stiffnesses; the sun must not hold a planet.
     bearings = BearingData(downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0)
-    share = share_of_kink(stage_body, StageData(bearings=bearings, mounting=HELD))
+    share = share_of_kink(stage_body, StageData(bearings=bearings, mounting=FIXED_HOUSING))
     assert_allclose(share, JOINT / UPWIND, rtol=1e-5)
 
 
@@ -152,10 +152,10 @@ def test_a_housing_without_moment_support_follows_the_carrier(stage_body):
     assert share_of_kink(stage_body, StageData(mounting=free)) < 1e-4
     # Seen from the ground the same carrier wobbles as a shaft on two pins does: the bushings stand
     # 0.22 m behind the joint.
-    seen = share_of_kink(
+    share = share_of_kink(
         stage_body, StageData(mounting=free), effects=ReadingEffects(reference="ground")
     )
-    assert_allclose(seen, JOINT / (JOINT + 0.22), rtol=0.01)
+    assert_allclose(share, JOINT / (JOINT + 0.22), rtol=0.01)
 
 
 def test_every_support_against_tilt_brings_the_kink_to_the_sensors(stage_body):
@@ -178,7 +178,7 @@ def test_every_support_against_tilt_brings_the_kink_to_the_sensors(stage_body):
 def test_unequal_bearings_turn_with_the_housing(stage_body):
     # One bearing, statically determinate: equal loads along y and z at every carrier angle.
     bearings = BearingData(upwind_y_factor=1 / 6, downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0)
-    model = stage_model(stage_body, StageData(bearings=bearings, mounting=HELD), speed=0.0)
+    model = stage_model(stage_body, StageData(bearings=bearings, mounting=FIXED_HOUSING), speed=0.0)
     load = SteadyLoad(360e3, ntl_y=1e4, ntl_z=1e4, gravity=0.0)
     channels = model.channels
     assert_allclose(np.diag(channels.K_fixed[6:, 6:]), [1e9, 6e9])
@@ -195,7 +195,9 @@ def test_unequal_bearings_keep_the_energy_and_run_as_statics_say(stage_body):
     bearings = BearingData(upwind_y_factor=1 / 60, downwind_y_factor=1 / 50)
     data = StageData(
         bearings=bearings,
-        mounting=replace(HELD, radial_stiffness=1e9, axial_stiffness=1e9, tilt_stiffness=1e9),
+        mounting=replace(
+            FIXED_HOUSING, radial_stiffness=1e9, axial_stiffness=1e9, tilt_stiffness=1e9
+        ),
     )
     effects = StageEffects(phi_PLC=PHI, theta_PLC=1.0)
     model = stage_model(stage_body, data, effects=effects, speed=SPEED)
@@ -219,7 +221,7 @@ def test_unequal_bearings_keep_the_energy_and_run_as_statics_say(stage_body):
 
 def test_a_merged_bearing_resists_by_its_tilt_stiffness_alone(rigid_body):
     merged = BearingData(downwind_radial=0.0, upwind_tilt=1e8, sun_radial=1.0, sun_tilt=1.0)
-    share = share_of_kink(rigid_body, StageData(bearings=merged, mounting=HELD))
+    share = share_of_kink(rigid_body, StageData(bearings=merged, mounting=FIXED_HOUSING))
     beam = rigid_carrier_on_two_springs(6e9, 0.0, merged.main_radial, tilt=1e8)
     assert 0.3 < beam < 0.9 * JOINT / UPWIND
     assert_allclose(share, beam, rtol=2e-3)
@@ -307,7 +309,7 @@ def case_of(support, folder):
 def changes(value, nominal):
     """Fields of a record that are not the nominal ones."""
     both = ((entry.name, getattr(value, entry.name)) for entry in fields(value))
-    return {name: own for name, own in both if own != getattr(nominal, name)}
+    return {name: changed for name, changed in both if changed != getattr(nominal, name)}
 
 
 def documented_orders():

@@ -103,12 +103,12 @@ def test_a_cause_at_a_size_is_what_the_stage_of_that_size_reads_more(stage, read
         )
         return (other - prediction.readings).signal(rim, inputs)
 
-    held = causes["stage/sun_radial"]
-    at_node = held.signals(rim, inputs, None, 2e8)
+    sun_support = causes["stage/sun_radial"]
+    at_node = sun_support.signals(rim, inputs, None, 2e8)
     assert_allclose(at_node[0], added(sun_radial=2e8), atol=1e-9)
     assert np.abs(at_node).max() > 2e-6
     # As the case has it, it adds nothing.
-    assert_allclose(held.signals(rim, inputs, None, loose.sun_radial), 0.0, atol=1e-12)
+    assert_allclose(sun_support.signals(rim, inputs, None, loose.sun_radial), 0.0, atol=1e-12)
     tighter = causes["stage/upwind_clearance"].signals(rim, inputs, None, 0.12e-3)
     assert_allclose(tighter[0], added(upwind_clearance=0.12e-3), atol=1e-9)
 

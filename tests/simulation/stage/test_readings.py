@@ -130,13 +130,13 @@ def test_impossible_readings_are_refused(nominal_stage):
 
 def test_a_delayed_run_reads_alike_in_pieces_and_as_a_whole(nominal_stage):
     effects = ReadingEffects(phi_face=1e-4, theta_face=0.3, delay=0.25)
-    whole = record_of(nominal_stage, rest(nominal_stage))
+    at_once = record_of(nominal_stage, rest(nominal_stage))
     names = ("time", "c", "c_rate", "drive", "energy")
     first, last = (
-        StageRecord(*(getattr(whole, name)[part] for name in names))
-        for part in (slice(0, 20), slice(20, None))
+        StageRecord(*(getattr(at_once, name)[samples] for name in names))
+        for samples in (slice(0, 20), slice(20, None))
     )
-    expected = sensor_signals(nominal_stage, whole, [SENSOR], effects=effects)["s"]
+    expected = sensor_signals(nominal_stage, at_once, [SENSOR], effects=effects)["s"]
     pieces = [
         sensor_signals(nominal_stage, first, [SENSOR], effects=effects)["s"],
         sensor_signals(nominal_stage, last, [SENSOR], effects=effects, before=first)["s"],

@@ -55,14 +55,14 @@ def start(nominal_stage):
 @pytest.mark.long
 def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     drive = with_torque(nominal_stage, lambda t: 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2)
-    kept = [
+    rows = [
         0,
         nominal_stage.labels.index("housing Tz [m]"),
         nominal_stage.labels.index("generator Rx [rad]"),
     ]
     steps = np.array([2.5e-4, 1.25e-4, 6.25e-5])
     reference, *runs = (
-        run(nominal_stage, drive, start, duration=0.1, step=h).c[:, kept]
+        run(nominal_stage, drive, start, duration=0.1, step=h).c[:, rows]
         for h in (1.5625e-5, *steps)
     )
     errors = np.array([np.abs(c - reference).max(axis=0) for c in runs])
@@ -77,11 +77,11 @@ def test_modes_that_a_step_does_not_resolve_answer_statically(nominal_stage, sta
     record = run(nominal_stage, drive, start, **settings)
     assert len(resolved(modal_stage(nominal_stage), 1e-3).omega) < 90
     request.getfixturevalue("all_modes")
-    whole = run(nominal_stage, drive, start, **settings)
+    complete = run(nominal_stage, drive, start, **settings)
     teeth = nominal_stage.channels.B[:, nominal_stage.channels.meshes]
-    error = np.abs((record.c - whole.c) @ teeth).max(axis=0)
+    error = np.abs((record.c - complete.c) @ teeth).max(axis=0)
     # To a force at 110 Hz a mode from 1.6 kHz on answers by 0.5 % too little.
-    assert (error < 0.005 * np.ptp(whole.c @ teeth, axis=0)).all(), error
+    assert (error < 0.005 * np.ptp(complete.c @ teeth, axis=0)).all(), error
 
 
 @pytest.mark.parametrize("n_groups", [1, 3])
@@ -250,13 +250,13 @@ def test_a_runaway_stops_with_time_and_coordinate_and_keeps_what_it_had(nominal_
         rows[:, 2] += np.where(time > 1.1, 1e16, 0.0)
         return rows
 
-    kept = []
+    records = []
 
     def collect():
         for record in run_stage(
             nominal_stage, runaway, start, duration=2.0, sample_rate=500.0, step=1e-3
         ):
-            kept.append(record)
+            records.append(record)
 
     with pytest.raises(
         StageDivergedError, match=r"at t = 1\.1\d* s in '.+'; use a smaller step"
@@ -266,5 +266,5 @@ def test_a_runaway_stops_with_time_and_coordinate_and_keeps_what_it_had(nominal_
     # Whether a contact or a coordinate fails first, rounding decides.
     labels = nominal_stage.channels.labels if not caught.value.settled else nominal_stage.labels
     assert caught.value.coordinate in labels
-    assert_allclose(joined_records(kept).time[-1], 1.1, atol=0.02)
-    assert np.isfinite(joined_records(kept).c).all()
+    assert_allclose(joined_records(records).time[-1], 1.1, atol=0.02)
+    assert np.isfinite(joined_records(records).c).all()

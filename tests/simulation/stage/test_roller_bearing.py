@@ -192,8 +192,8 @@ def test_the_linear_option_is_the_rollers_limit_at_the_reference_load(stage_body
         gear=spur, bearings=replace(BearingData(), planet_radial=radial, planet_tilt=tilt)
     )
     change = []
-    for own in (replace(with_rollers(LOOSE), gear=spur), linear):
-        model = stage_model(stage_body, own, speed=0.0)
+    for data in (replace(with_rollers(LOOSE), gear=spur), linear):
+        model = stage_model(stage_body, data, speed=0.0)
         spring = model.springs["planet_1"].G @ model.L
         turns = 2.0 * np.pi / 17.0 / 1.46876 * np.arange(5) / 5.0  # the cage by one roller
         low, high = (
@@ -283,13 +283,13 @@ def test_rollers_pass_the_load_at_their_own_frequency(rolling_stage):
 
 
 def test_error_falls_with_the_square_of_the_step_on_rollers(rolling_stage):
-    kept = [0, rolling_stage.labels.index("generator Rx [rad]")]
+    rows = [0, rolling_stage.labels.index("generator Rx [rad]")]
 
     def swing(t):
         return 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2
 
     steps = np.array([2.5e-4, 1.25e-4, 6.25e-5])
-    reference, *runs = (run(rolling_stage, 0.1, h, swing).c[:, kept] for h in (1.5625e-5, *steps))
+    reference, *runs = (run(rolling_stage, 0.1, h, swing).c[:, rows] for h in (1.5625e-5, *steps))
     errors = np.array([np.abs(c - reference).max(axis=0) for c in runs])
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert (slopes > 1.9).all(), slopes

@@ -99,7 +99,9 @@ def test_bodies_without_what_the_stage_holds_are_refused(stage_body, pinned_carr
 
 def renamed(shaft):
     """A shaft whose pilots have other names."""
-    rows = {f"other_{name}": own for name, own in shaft.pilot_coordinates.items()}
+    rows = {
+        f"other_{name}": rows_of_pilot for name, rows_of_pilot in shaft.pilot_coordinates.items()
+    }
     return replace(
         shaft,
         pilots={f"other_{name}": point for name, point in shaft.pilots.items()},

@@ -89,7 +89,8 @@ def test_far_above_the_threshold_the_share_is_that_of_stiff_pins(
     bodies, joints = [flexible_reduction.model], []
     for number, angle in enumerate(pin_angles(3), start=1):
         rename = {
-            f"pin_1_{part}": pin_pilot(number, part) for part in ("upwind", "midspan", "downwind")
+            f"pin_1_{station}": pin_pilot(number, station)
+            for station in ("upwind", "midspan", "downwind")
         }
         bodies.append(turned(pin_reduction.model, float(angle), rename))
         for side in ("upwind", "downwind"):
@@ -149,11 +150,13 @@ def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_bod
         stage_model(stage_body, speed=SPEED),
     )
     for torque in (180e3, 360e3):
-        own = sensor_signals(model, still_record(model, theta, torque), SENSORS)
+        with_ring_pass = sensor_signals(model, still_record(model, theta, torque), SENSORS)
         none = sensor_signals(plain, still_record(plain, theta, torque), SENSORS)
         for sensor in SENSORS:
             if sensor.quantity == RADIAL:
-                assert_allclose(own[sensor.name], none[sensor.name], rtol=0.0, atol=1e-18)
+                assert_allclose(
+                    with_ring_pass[sensor.name], none[sensor.name], rtol=0.0, atol=1e-18
+                )
                 continue
             # diagnosis' own form of ring_pass: T (p + R q sin(0 - v) + R r sin(pi/2 - v)) at cos
             # and sin of 3 theta.
@@ -162,7 +165,9 @@ def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_bod
             s = np.sin(3.0 * theta)
             tilt = 5e-11 * c * 0.412 * np.sin(-v) + 3e-11 * s * 0.412 * np.sin(np.pi / 2.0 - v)
             expected = torque * (2e-11 * c - 1e-11 * s + tilt)
-            assert_allclose(own[sensor.name] - none[sensor.name], expected, rtol=0.0, atol=1e-12)
+            assert_allclose(
+                with_ring_pass[sensor.name] - none[sensor.name], expected, rtol=0.0, atol=1e-12
+            )
 
 
 def test_effects_out_of_range_are_refused(stage_body, pinned_carrier):
@@ -174,8 +179,10 @@ def test_effects_out_of_range_are_refused(stage_body, pinned_carrier):
         StageEffects(pin_fit_play=-1.0)
     names = {"pin_1_upwind_of_pin": "other"}
     model = stage_body.model
-    pilots = {names.get(name, name): place for name, place in model.pilots.items()}
-    rows = {names.get(name, name): place for name, place in model.pilot_coordinates.items()}
+    pilots = {names.get(name, name): point for name, point in model.pilots.items()}
+    rows = {
+        names.get(name, name): coordinates for name, coordinates in model.pilot_coordinates.items()
+    }
     bonded = replace(stage_body, model=replace(model, pilots=pilots, pilot_coordinates=rows))
     with pytest.raises(
         ValueError, match="no pilot 'pin_1_upwind_of_pin'; expected pins as bodies of their own"

@@ -99,13 +99,13 @@ def test_rim_curve_equals_that_of_the_reduced_and_the_full_carrier(
         )
         load = np.concatenate([loads.pin_force[0, i] @ axes, loads.pin_moment[0, i] @ axes])
         pins[f"pin_{i + 1}_midspan_of_pin"] = load
-    held = held_coordinates(pinned_carrier, ["shaft_face"], pins)
-    reduced = (pinned_carrier.sensor_rows @ held)[:360]
+    q_fixed = held_coordinates(pinned_carrier, ["shaft_face"], pins)
+    reduced = (pinned_carrier.sensor_rows @ q_fixed)[:360]
     assert_allclose(ours, reduced, rtol=0.0, atol=1e-6 * np.abs(reduced).max())
     # Bores' loads of that answer on the finite-element carrier, which knows nothing of pins or
     # stage.
     bores = {
-        name: pinned_reaction(flexible_reduction.model, pinned_carrier, held, name)
+        name: pinned_reaction(flexible_reduction.model, pinned_carrier, q_fixed, name)
         for name in flexible_reduction.model.pilots
         if name.startswith("pin")
     }
@@ -121,8 +121,8 @@ def test_rim_curve_equals_that_of_the_reduced_and_the_full_carrier(
 
 def pinned_reaction(carrier, joined, q, pilot):
     """Force on a bore of the carrier alone that its displacement in the assembly asks for."""
-    own = q[: carrier.n_coordinates]
-    return (carrier.K @ own)[carrier.coordinates_of(pilot)]
+    q_carrier = q[: carrier.n_coordinates]
+    return (carrier.K @ q_carrier)[carrier.coordinates_of(pilot)]
 
 
 def test_a_pin_out_of_place_takes_more_load_and_keeps_the_sum(stage_body):

@@ -56,8 +56,8 @@ def test_stress_under_torque_and_radial_load_is_that_of_the_full_carrier(
     q = (reading_stage.L @ c)[: joined.n_coordinates]
     names = flexible_reduction.model.pilots
     motion = np.concatenate([q[joined.coordinates_of(name)] for name in names])
-    held = HeldStructure(flexible_reduction.body, flexible_structure.pilots)
-    u = held.solve(np.zeros((flexible_structure.n_dofs, 1)), motion[:, None])[0][:, 0]
+    constrained = HeldStructure(flexible_reduction.body, flexible_structure.pilots)
+    u = constrained.solve(np.zeros((flexible_structure.n_dofs, 1)), motion[:, None])[0][:, 0]
     full = (stress_rows(flexible_mesh, nodes, BODY_MATERIALS) @ u).reshape(-1, 6)
     # What the carrier's own weight adds between its pilots is in the modes alone.
     size = von_mises(full[:, :, None]).max()
@@ -89,8 +89,8 @@ def test_stress_of_a_pin_is_that_of_the_full_pin_in_the_carriers_axes(
     )
     names = [pilot.name for pilot in pin_structure.pilots]
     assert names == ["pin_1_upwind", "pin_1_midspan", "pin_1_downwind"]
-    held = HeldStructure(pin_reduction.body, pin_structure.pilots)
-    u = held.solve(np.zeros((pin_structure.n_dofs, 1)), motion[:, None])[0][:, 0]
+    constrained = HeldStructure(pin_reduction.body, pin_structure.pilots)
+    u = constrained.solve(np.zeros((pin_structure.n_dofs, 1)), motion[:, None])[0][:, 0]
     nodes = np.unique(boundary_facets(one_pin_mesh.tets)[:, :3])
     full = (stress_rows(one_pin_mesh, nodes, BODY_MATERIALS) @ u).reshape(-1, 6)
     tensors = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])

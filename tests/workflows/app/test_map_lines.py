@@ -51,7 +51,7 @@ def test_every_key_of_the_map_is_a_line_with_its_value(text):
 
 
 @pytest.mark.parametrize(
-    ("place", "given", "value"),
+    ("key_path", "given", "value"),
     [
         (("rig", 0, "nominal_torque"), "360e3", 360e3),
         (("channels", 1, "angle_deg"), "137.0", 137.0),
@@ -61,15 +61,15 @@ def test_every_key_of_the_map_is_a_line_with_its_value(text):
         (("runs", 0, "files"), '["c.csv"]', ["c.csv"]),
     ],
 )
-def test_one_value_changes_and_comments_stay(text, place, given, value):
-    changed = with_value(text, line_of(text, *place), given)
+def test_one_value_changes_and_comments_stay(text, key_path, given, value):
+    changed = with_value(text, line_of(text, *key_path), given)
     before, after = text.splitlines(), changed.splitlines()
     differing = [i for i, pair in enumerate(zip(before, after, strict=True)) if pair[0] != pair[1]]
-    assert differing == [line_of(text, *place).number]
-    assert line_of(changed, *place)._replace(value=None, raw="") == line_of(text, *place)._replace(
-        value=None, raw="", is_given=True
-    )
-    assert line_of(changed, *place).value == value
+    assert differing == [line_of(text, *key_path).number]
+    assert line_of(changed, *key_path)._replace(value=None, raw="") == line_of(
+        text, *key_path
+    )._replace(value=None, raw="", is_given=True)
+    assert line_of(changed, *key_path).value == value
     tomllib.loads(changed)
 
 

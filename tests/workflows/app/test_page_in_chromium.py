@@ -246,25 +246,25 @@ def test_everything_comes_from_this_page_and_the_browser_complains_of_nothing(se
 
 
 def test_only_this_machine_with_the_token_and_the_right_host_is_answered(session):
-    parts = urlsplit(session["address"])
-    assert (parts.hostname, len(parts.path.strip("/"))) == ("127.0.0.1", 32)
+    address = urlsplit(session["address"])
+    assert (address.hostname, len(address.path.strip("/"))) == ("127.0.0.1", 32)
 
     def status(path, **headers):
-        with closing(HTTPConnection("127.0.0.1", parts.port)) as connection:
+        with closing(HTTPConnection("127.0.0.1", address.port)) as connection:
             connection.request("GET", path, headers=headers)
             return connection.getresponse().status
 
-    assert status(parts.path) == 200
-    report = f"{parts.path}report/diagnosis"
+    assert status(address.path) == 200
+    report = f"{address.path}report/diagnosis"
     assert status(report) == 200
-    assert status(parts.path, Host=f"evil.example:{parts.port}") == 403
-    for path in ("/", "/report/diagnosis", "/wrong/", f"/x{parts.path[2:]}", "/_nicegui/x"):
+    assert status(address.path, Host=f"evil.example:{address.port}") == 403
+    for path in ("/", "/report/diagnosis", "/wrong/", f"/x{address.path[2:]}", "/_nicegui/x"):
         assert status(path) == 404, path
     for name in ("..", "%2e%2e", "..%2flogger", "campaign", "map.toml", "diagnosis%2f..%2f.."):
-        assert status(f"{parts.path}report/{name}") == 404, name
+        assert status(f"{address.path}report/{name}") == 404, name
     # A server of all addresses of this machine would answer here too.
     with socket.socket() as other:
-        assert other.connect_ex(("127.0.0.2", parts.port)) != 0
+        assert other.connect_ex(("127.0.0.2", address.port)) != 0
 
 
 def test_a_name_from_the_browser_stays_in_the_folder(session):
@@ -289,7 +289,7 @@ def test_a_name_from_the_browser_stays_in_the_folder(session):
         [(folder / "work" / "escaped.csv").relative_to(folder)],
     )
     assert not (folder.parent / "escaped.csv").exists()
-    of_both = [(folder / place / "LC1.csv").read_bytes() for place in ("logger", "work")]
+    of_both = [(folder / name / "LC1.csv").read_bytes() for name in ("logger", "work")]
     assert of_both[0] == of_both[1]
 
 

@@ -252,8 +252,10 @@ def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_pa
     assert result.score is None
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
-    for own in result.beside.values():
-        errors = [row.value for row in own.class_score.figures if row.name.endswith(": error")]
+    for reference in result.beside.values():
+        errors = [
+            row.value for row in reference.class_score.figures if row.name.endswith(": error")
+        ]
         assert not any(share > 0.0 for share in errors)
 
 
@@ -266,13 +268,15 @@ def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_
     assert "### Compared with plain methods on the same cases" in page
     # What was sealed and answered here is scored alike from the file of answers.
     again = main(out=tmp_path, score=tmp_path / "answers" / "carrierflex.json")
-    for own, other in zip(result.class_score.figures, again.class_score.figures, strict=True):
-        assert (own.name, own.cases) == (other.name, other.cases)
-        assert own.value == pytest.approx(other.value, nan_ok=True)
+    for figure, other in zip(result.class_score.figures, again.class_score.figures, strict=True):
+        assert (figure.name, figure.cases) == (other.name, other.cases)
+        assert figure.value == pytest.approx(other.value, nan_ok=True)
     scored = main(out=tmp_path, score=tmp_path / "answers" / "best_single_law.json")
-    beside = result.beside["best_single_law"]
-    for own, other in zip(beside.class_score.figures, scored.class_score.figures, strict=True):
-        assert own.value == pytest.approx(other.value, nan_ok=True)
+    reference = result.beside["best_single_law"]
+    for figure, other in zip(
+        reference.class_score.figures, scored.class_score.figures, strict=True
+    ):
+        assert figure.value == pytest.approx(other.value, nan_ok=True)
 
 
 def test_a_folder_without_seals_has_no_answers_to_score(tmp_path):

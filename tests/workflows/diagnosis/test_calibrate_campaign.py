@@ -215,7 +215,7 @@ def named(value, std=0.1):
     ],
 )
 def test_the_baseline_holds_values_by_the_names_that_a_campaign_knows(law, values, known):
-    held = _known_values(law, values, CARRIER)
-    assert {name: (one.value, one.std) for name, one in held.items()} == {
+    fixed = _known_values(law, values, CARRIER)
+    assert {name: (one.value, one.std) for name, one in fixed.items()} == {
         name: (one.value, one.std) for name, one in known.items()
     }

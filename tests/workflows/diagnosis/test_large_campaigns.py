@@ -22,7 +22,7 @@ from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 RUNS, CHANNELS, SAMPLES = 40, 16, 40_000
 #: Copies of one run that may be held while it is read: file, table, numbers, checks, to be written;
 #: twice that, since freed memory is not all given back.
-HELD = 10
+COPIES = 10
 
 # What getrusage tells of a new process begins with its parent's.
 _READ = """
@@ -67,7 +67,7 @@ def many(n_runs, n_channels, n_samples, folder):
     rng = np.random.default_rng(0)
     time = np.linspace(0.0, float(run.time[-1]), n_samples)
     turned = np.interp(time, run.time, run.inputs["carrier_angle"])
-    inputs = {name: np.full(n_samples, float(own[0])) for name, own in run.inputs.items()}
+    inputs = {name: np.full(n_samples, float(values[0])) for name, values in run.inputs.items()}
     inputs["carrier_angle"] = turned
     runs = tuple(
         replace(
@@ -93,9 +93,9 @@ def test_records_of_a_large_campaign_are_read_where_they_are_asked_for(tmp_path)
     many(RUNS, CHANNELS, SAMPLES, tmp_path / "many")
     grown, size, inputs, total = in_a_process(_READ, tmp_path / "few", tmp_path / "many")
     assert np.isfinite(total)
-    held = inputs + HELD * size / RUNS
-    assert held < 0.6 * size
-    assert grown < held, f"{grown / 1e6:.0f} MB of {size / 1e6:.0f} MB"
+    limit = inputs + COPIES * size / RUNS
+    assert limit < 0.6 * size
+    assert grown < limit, f"{grown / 1e6:.0f} MB of {size / 1e6:.0f} MB"
 
 
 @pytest.mark.long
@@ -116,17 +116,17 @@ def test_runs_beyond_the_limit_are_on_disk_with_the_same_values(tmp_path):
     many(4, 3, 100, tmp_path / "few")
     runs = read_campaign(tmp_path / "few").runs
     size = 8 * 100 * (1 + len(runs[0].columns()))
-    kept = KeptRuns(in_memory=2 * size)
+    stored = KeptRuns(in_memory=2 * size)
     for run in runs:
-        kept.add(run)
-    assert all(not isinstance(own.signals, dict) for own in kept.runs)
-    for own, run in zip(kept.runs, runs, strict=True):
+        stored.add(run)
+    assert all(not isinstance(each.signals, dict) for each in stored.runs)
+    for stored_run, run in zip(stored.runs, runs, strict=True):
         for name, values in run.columns().items():
-            np.testing.assert_array_equal(own.columns()[name], values)
+            np.testing.assert_array_equal(stored_run.columns()[name], values)
         names = list(run.signals)[:2]
-        assert list(own.of_channels(names).signals) == names
-        halved = own.with_signals({name: 0.5 * own.signals[name] for name in names})
-        assert type(halved.signals) is type(own.signals)
+        assert list(stored_run.of_channels(names).signals) == names
+        halved = stored_run.with_signals({name: 0.5 * stored_run.signals[name] for name in names})
+        assert type(halved.signals) is type(stored_run.signals)
         np.testing.assert_array_equal(halved.signals[names[0]], 0.5 * run.signals[names[0]])
     few = KeptRuns()
     few.add(runs[0])

@@ -57,8 +57,8 @@ def test_a_case_is_planned_and_written(tmp_path):
     )
     document = checked_document(tmp_path / "out" / "plan.json")
     assert (tmp_path / "out" / "plan.png").stat().st_size > 10_000
-    assert [own["effect"] for own in document["sizes"]] == [own.effect for own in plan.sizes]
-    assert set(effects) == {own.effect for own in plan.sizes}
+    assert [size["effect"] for size in document["sizes"]] == [size.effect for size in plan.sizes]
+    assert set(effects) == {size.effect for size in plan.sizes}
     assert plan.noise_std == pytest.approx(5e-6)
     assert not plan.is_measured
     assert "floors" in first_sentences(plan)
@@ -92,11 +92,11 @@ def test_at_one_torque_a_clearance_asks_for_another_torque(tmp_path):
     plan = plan_campaign.main(tmp_path / "campaign", quiet=True)
     assert plan.is_measured
     assert plan.gap == pytest.approx(15.0, rel=0.1)
-    assert ("pin_clearance", "stiff_pins") in {(own.cause, own.rival) for own in plan.alike}
+    assert ("pin_clearance", "stiff_pins") in {(pair.cause, pair.rival) for pair in plan.alike}
     addition = plan.proposal.addition
     assert addition.kind == LOADS
     assert plan.proposal.is_sufficient
     # Longer runs at the same torque tell nothing more.
-    longer = [own for own in plan.additions if own.addition.kind == "minutes"]
+    longer = [entry for entry in plan.additions if entry.addition.kind == "minutes"]
     assert longer
-    assert not any(own.is_sufficient for own in longer)
+    assert not any(entry.is_sufficient for entry in longer)

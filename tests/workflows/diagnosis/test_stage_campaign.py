@@ -23,7 +23,7 @@ from tests.diagnosis.carrier.stage_twin import measured
 from tests.workflows.checked_documents import checked_document
 
 SUN, CLEARANCE = "stage/sun_radial", "stage/downwind_clearance"
-HELD = 4e8
+SUN_STIFFNESS = 4e8
 
 
 @pytest.fixture
@@ -42,9 +42,9 @@ def campaign(tmp_path, flexible_reduction, pin_reduction, monkeypatch):
     bodies = f'{clearances}[bodies]\ncarrier = "../carrier.h5"\npin = "pin.h5"\n\n[effects] '
     (folder / "stage.toml").write_text(text.replace("[effects] ", bodies, 1), encoding="utf-8")
     case = read_stage_case(folder / "stage.toml")
-    held = replace(case.data, bearings=replace(case.data.bearings, sun_radial=HELD))
+    supported = replace(case.data, bearings=replace(case.data.bearings, sun_radial=SUN_STIFFNESS))
     body = stage_body_of_case(case, 0.06)
-    records = measured(PredictedStage(body, held, case.effects, ReadingEffects(), 2.3))
+    records = measured(PredictedStage(body, supported, case.effects, ReadingEffects(), 2.3))
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     write_campaign(records, tmp_path / "written")
     for name, content in files.items():
@@ -59,7 +59,7 @@ def test_a_held_sun_goes_into_the_stage_case_and_takes_the_gap(campaign, tmp_pat
     assert put_in.effect == SUN
     assert put_in.file == "campaign/stage.toml"
     assert put_in.drawn == StageData().bearings.sun_radial
-    assert put_in.calibrated == pytest.approx(HELD, rel=0.3)
+    assert put_in.calibrated == pytest.approx(SUN_STIFFNESS, rel=0.3)
     case = tomllib.loads((tmp_path / "out" / "campaign" / "stage.toml").read_text())
     assert case["bearings"]["sun_radial"] == put_in.calibrated
     assert case["bearings"]["upwind_clearance"] == 0.1375e-3
@@ -94,8 +94,11 @@ def test_values_of_a_cause_add_to_what_the_case_has():
     assert table == "effects"
     assert keys["phi_PLC"] == pytest.approx(np.sqrt(2.0) * 1e-3)
     assert keys["theta_PLC_deg"] == pytest.approx(45.0)
-    places = {"pin_2": 2e-5, "pin_3": -1e-5}
-    table, keys = case_values("stage/pin_places", places, StageData(), effects, 3)
+    shifts = {"pin_2": 2e-5, "pin_3": -1e-5}
+    table, keys = case_values("stage/pin_places", shifts, StageData(), effects, 3)
     assert (table, keys["pin_offset"]) == ("effects", pytest.approx([0.0, 3e-5, -1e-5]))
-    size = {"response": 1.02, "sun_radial": HELD}
-    assert case_values(SUN, size, StageData(), effects, 3) == ("bearings", {"sun_radial": HELD})
+    size = {"response": 1.02, "sun_radial": SUN_STIFFNESS}
+    assert case_values(SUN, size, StageData(), effects, 3) == (
+        "bearings",
+        {"sun_radial": SUN_STIFFNESS},
+    )

@@ -17,15 +17,15 @@ SIZE = 0.08
 
 
 @pytest.fixture(scope="module")
-def own(tmp_path_factory):
+def carrier_files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("own")
     write_cad.main(out=folder)
     return {"step": folder / "carrier.step", "surfaces": folder / "surfaces.toml"}
 
 
-def test_the_fit_of_its_pins_is_that_of_the_same_carrier_by_parameters(own):
+def test_the_fit_of_its_pins_is_that_of_the_same_carrier_by_parameters(carrier_files):
     stage = read_parameters(None)
-    given, _ = static_family(stage, SIZE, CarrierFiles(**own))
+    given, _ = static_family(stage, SIZE, CarrierFiles(**carrier_files))
     parametric, _ = static_family(stage, SIZE)
     for stiffness in (0.0, 1e6, 1e8):
         ours, theirs = (
@@ -37,9 +37,9 @@ def test_the_fit_of_its_pins_is_that_of_the_same_carrier_by_parameters(own):
     assert masses[0] == pytest.approx(masses[1], rel=0.03)
 
 
-def test_it_turns_under_torque_as_the_same_carrier_by_parameters(own, tmp_path):
+def test_it_turns_under_torque_as_the_same_carrier_by_parameters(carrier_files, tmp_path):
     stiffness = {}
-    for name, files in {"given": own, "parametric": {}}.items():
+    for name, files in {"given": carrier_files, "parametric": {}}.items():
         compute_torsion.main(out=tmp_path / name, size=SIZE, **files, quiet=True)
         document = json.loads((tmp_path / name / "torsion.json").read_text(encoding="utf-8"))
         assert set(document["inputs"]["files"]) == set(files)

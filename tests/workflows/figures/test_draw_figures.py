@@ -36,8 +36,8 @@ def test_the_index_says_of_every_figure_what_made_it_and_what_is_derived():
     for figure in FIGURES:
         entry = page[page.index(f'<figure id="{figure.name}">') :]
         entry = entry[: entry.index("</figure>")]
-        for part in (figure.file, figure.in_the_paper, figure.made_by, figure.derived):
-            assert part in entry
+        for words in (figure.file, figure.in_the_paper, figure.made_by, figure.derived):
+            assert words in entry
         assert figure.derived.endswith((".", "a>"))
     assert "http" not in page
 
@@ -137,8 +137,8 @@ def bodies(flexible_mesh, flexible_reduction, one_pin_mesh, pin_reduction):
 
 
 def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin_structure):
-    parts, mode, pivot = mode_shapes(SimpleNamespace(bodies=bodies, parameters=StageParameters()))
-    shaft, carrier, *pins = (u for _, _, u in parts)
+    shapes, mode, pivot = mode_shapes(SimpleNamespace(bodies=bodies, parameters=StageParameters()))
+    shaft, carrier, *pins = (u for _, _, u in shapes)
     assert 100.0 < mode.frequency_hz < 250.0
     assert "1 nodal diameter" in mode.rim_motion
     bore = {pilot.name: pilot.G @ carrier.ravel() for pilot in flexible_structure.pilots}
@@ -156,8 +156,8 @@ def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin
         for pilot in pin_structure.pilots:
             side = pilot.name.removeprefix("pin_1_")
             if side != "midspan":
-                own = (pilot.G @ (u @ R).ravel())[:3]
-                assert_allclose(R @ own, bore[f"pin_{number}_{side}"][:3], atol=1e-6 * scale)
+                motion = (pilot.G @ (u @ R).ravel())[:3]
+                assert_allclose(R @ motion, bore[f"pin_{number}_{side}"][:3], atol=1e-6 * scale)
     # The plates bend and the pins do not: they pivot by most of the hub's tilt.
     assert 0.5 < pivot < 1.2
 

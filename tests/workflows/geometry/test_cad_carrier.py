@@ -98,9 +98,9 @@ def test_couplings_take_mesh_files(tmp_path):
     given = compare_couplings.main(out=tmp_path / "given", **files, quiet=True)
     for variant, bracket in ours.items():
         assert_allclose(given[variant].stiffness, bracket.stiffness, rtol=1e-7)
-        for part in bracket.all_curves:
-            change = bracket.curve_change(part)
-            assert_allclose(given[variant].curve_change(part), change, rtol=1e-5, atol=1e-7)
+        for curve in bracket.all_curves:
+            change = bracket.curve_change(curve)
+            assert_allclose(given[variant].curve_change(curve), change, rtol=1e-5, atol=1e-7)
     assert "flexible.msh" in (tmp_path / "given" / "couplings.json").read_text()
 
 
@@ -176,7 +176,7 @@ def test_materials_of_the_surfaces_file_are_those_of_the_bodies(tmp_path, cad):
 
 
 def test_materials_that_are_none_are_refused_by_file_and_key(tmp_path, cad):
-    for old, new, told in (
+    for old, new, message in (
         ("210e9", "210.0", r"materials.toml: \[materials.carrier\]: .*E = 210.0 Pa.*expected SI"),
         ("0.3", "0.5", r"materials.toml: \[materials.carrier\]: key 'nu' is 0\.5; expected more"),
         (
@@ -187,6 +187,6 @@ def test_materials_that_are_none_are_refused_by_file_and_key(tmp_path, cad):
         ("rho = 7850.0", "", r"materials.toml: \[materials.carrier\]: missing key 'rho'; expected"),
     ):
         text = STEEL_CARRIER.replace(old, new)
-        with pytest.raises(ValueError, match=told) as caught:
+        with pytest.raises(ValueError, match=message) as caught:
             with_materials(cad, tmp_path, text).materials()
         assert "\n" not in str(caught.value)

@@ -81,15 +81,15 @@ def test_bearing_seats_that_cannot_be_are_refused(folder, tmp_path):
     text = (folder / "surfaces.toml").read_text()
     width = f"bearing_width = {PIN.bearing_width}"
     assert width in text
-    own = tmp_path / "own.toml"
+    surfaces = tmp_path / "own.toml"
     for changed, message in (
         ("", r"no surface pin_1_midspan among its groups, and the surfaces file has no \[pin\]"),
         ("bearing_width = 0.5", r"bearing_width is 0\.5 m; expected less than the 0\.24 m between"),
         ("bearing_width = 0.001", r"no facet lies on surface 'pin_1_midspan'"),
     ):
-        own.write_text(text.replace(width, changed))
+        surfaces.write_text(text.replace(width, changed))
         with pytest.raises(ValueError, match=message):
-            CarrierFiles(None, own, {"stiff": path}).mesh("stiff", 0.07)
+            CarrierFiles(None, surfaces, {"stiff": path}).mesh("stiff", 0.07)
 
 
 @pytest.mark.long
@@ -112,9 +112,9 @@ def test_a_mesh_of_hexahedra_and_wedges_is_taken_by_every_command(folder, tmp_pa
     }
     surfaces = folder / "surfaces.toml"
     curves = compute_curves.main(out=tmp_path / "curves", surfaces=surfaces, **files)
-    told = capsys.readouterr().err
-    assert "note: linear elements, " in told
-    assert "of type wedge: too stiff in bending" in told
+    stderr = capsys.readouterr().err
+    assert "note: linear elements, " in stderr
+    assert "of type wedge: too stiff in bending" in stderr
     brackets = compare_couplings.main(
         out=tmp_path / "couplings", surfaces=surfaces, **files, quiet=True
     )

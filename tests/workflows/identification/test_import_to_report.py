@@ -17,7 +17,7 @@ QUICK = "overloaded element"
 def answer(folder, out):
     diagnose_campaign(folder, out=out, report=False, quiet=True)
     document = checked_document(out / "diagnosis.json")
-    classes = [own["id"] for own in document.get("classes") or []]
+    classes = [entry["id"] for entry in document.get("classes") or []]
     return document["verdict"], document["effects"], classes
 
 
@@ -32,11 +32,11 @@ def answers(name, tmp_path):
 @pytest.mark.acceptance
 @pytest.mark.parametrize("name", [name for name in LOGGERS if name != QUICK])
 def test_the_answer_to_the_files_of_a_logger_is_that_to_the_clean_campaign(name, tmp_path):
-    expected, own = answers(name, tmp_path)
-    assert own == expected
+    expected, result = answers(name, tmp_path)
+    assert result == expected
 
 
 def test_the_answer_to_one_logger_is_that_to_the_clean_campaign(tmp_path):
-    expected, own = answers(QUICK, tmp_path)
-    assert own == expected
-    assert own[0] in ("named", "named_with_remainder")
+    expected, result = answers(QUICK, tmp_path)
+    assert result == expected
+    assert result[0] in ("named", "named_with_remainder")

@@ -86,8 +86,8 @@ def test_intervals_hold_the_loads_of_a_stage(
     assert hidden["torque"]["low"] < HIDDEN[0] < hidden["torque"]["high"]
     estimate = inferred.estimates["hidden"]
     true = turns[1].pins[:, :, ::3]
-    held = np.abs(estimate.pins - true)[:, 0] <= estimate.half_width[:, 0]
-    assert held.mean() > 0.7  # one draw of what holds 95 % on average, pins and angles alike
+    covered = np.abs(estimate.pins - true)[:, 0] <= estimate.half_width[:, 0]
+    assert covered.mean() > 0.7  # one draw of what holds 95 % on average, pins and angles alike
     # Moment balance: the inferred forces hold the inferred torque.
     assert estimate.pins[:, 0].sum(axis=0) * 0.308 == pytest.approx(
         np.full(12, estimate.load[0]), rel=2e-3

@@ -94,13 +94,13 @@ def test_a_diagnosis_is_that_of_the_command(tmp_path):
     records = cf.Records(carrier_campaign(), None)
     folder = records.write(tmp_path / "campaign")
     answer = cf.diagnosed(folder)
-    told = diagnose_campaign.main(folder, out=tmp_path / "out", report=False, quiet=True)
-    assert answer.verdict == told.verdict
-    assert answer.effects == told.attribution.effects
-    assert answer.result.reduction.rho == told.reduction.rho
-    assert repr(answer).startswith(f"Diagnosed({told.verdict}: ")
+    by_command = diagnose_campaign.main(folder, out=tmp_path / "out", report=False, quiet=True)
+    assert answer.verdict == by_command.verdict
+    assert answer.effects == by_command.attribution.effects
+    assert answer.result.reduction.rho == by_command.reduction.rho
+    assert repr(answer).startswith(f"Diagnosed({by_command.verdict}: ")
     values = answer.to_dataframe()
-    assert set(values["effect"]) == set(told.attribution.parameters)
+    assert set(values["effect"]) == set(by_command.attribution.parameters)
     assert answer.verdict in answer._repr_html_()
     assert "</html>" in answer.write_report(tmp_path / "r.html").read_text(encoding="utf-8")
     assert read_campaign(folder).name == answer.result.campaign

@@ -65,9 +65,9 @@ def test_a_body_of_an_earlier_version_is_checked_for_what_it_was_not_then(body, 
     old = tmp_path / "old.h5"
     old.write_bytes(body.read_bytes())
     with h5py.File(old, "r+") as file:
-        kept = ["unlike" not in name for name in file["certificate/names"].asstr()[:]]
+        earlier = ["unlike" not in name for name in file["certificate/names"].asstr()[:]]
         for column in ("names", "wanted", "reached", "met"):
-            values = file["certificate"][column][:][kept]
+            values = file["certificate"][column][:][earlier]
             del file["certificate"][column]
             file["certificate"][column] = values
     assert not any("unlike" in check.name for check in read_certificate(old).checks)
@@ -186,8 +186,8 @@ def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):
     # The bores alone make more of the change than the seats or the face, and none of them all of
     # it.
     changes = [
-        brackets["flexible"].curve_change(part)
-        for part in ("shaft face", "bearing seats", "pins", "everything")
+        brackets["flexible"].curve_change(curve)
+        for curve in ("shaft face", "bearing seats", "pins", "everything")
     ]
     assert 0.0 < changes[0] < changes[1] < changes[2] < changes[3] < 1.0
     assert brackets["flexible"].curve_change("nothing") == 0.0

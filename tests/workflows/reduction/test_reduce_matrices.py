@@ -121,9 +121,9 @@ def test_the_body_is_that_of_our_own_mesh(body, pin_structure, one_pin_mesh):
         expected = getattr(ours, letter)
         scale = np.sqrt(np.outer(*2 * [np.abs(expected.diagonal()) + 1e-30]))
         assert (np.abs(getattr(given, letter) - expected) / np.maximum(scale, 1e-9)).max() < 1e-8
-    for part in ("N", "P", "Q"):
-        expected = getattr(ours.ffrf, part)
-        assert_allclose(getattr(given.ffrf, part), expected, atol=1e-9 * np.abs(expected).max())
+    for integral in ("N", "P", "Q"):
+        expected = getattr(ours.ffrf, integral)
+        assert_allclose(getattr(given.ffrf, integral), expected, atol=1e-9 * np.abs(expected).max())
     assert check_certificate.main(body).met
     record = json.loads(given.provenance["matrix_files"])
     assert set(record) == {"stiffness", "mass", "interfaces", "nodes"}
@@ -198,10 +198,10 @@ def test_unlikely_units_are_told_and_kept_with_the_body(files, tmp_path, capsys)
     assert "check the table [units]" in capsys.readouterr().err
     assert "check the table [units]" in model.provenance["warnings"]
     reduce_body.main(out=tmp_path / "b.h5", modes=2, **given)
-    told = capsys.readouterr().err
-    assert "taken from the cache" in told
-    assert "note: pin: " in told
-    assert "check the table [units]" in told
+    stderr = capsys.readouterr().err
+    assert "taken from the cache" in stderr
+    assert "note: pin: " in stderr
+    assert "check the table [units]" in stderr
 
 
 @pytest.mark.acceptance
@@ -214,11 +214,11 @@ def test_a_carrier_of_matrices_turns_in_the_stage_as_our_own(
     sp.save_npz(tmp_path / "m.npz", ours.M)
     write_mesh(flexible_mesh, tmp_path / "carrier.inp")
     rim = np.unique(flexible_mesh.surface("rim_face"))
-    places = flexible_mesh.points[rim]
+    positions = flexible_mesh.points[rim]
     sensors = []
     for degree in range(360):
         outward = np.array([0.0, -np.sin(np.radians(degree)), np.cos(np.radians(degree))])
-        near = np.linalg.norm(places - carrier.sensor_radius * outward, axis=1).argmin()
+        near = np.linalg.norm(positions - carrier.sensor_radius * outward, axis=1).argmin()
         for kind, direction in (("axial", [1.0, 0.0, 0.0]), ("radial", outward.tolist())):
             sensors.append(
                 f'[[sensors]]\nname = "rim_{kind}_{degree:03d}"\nnodes = [{rim[near] + 1}]\n'

@@ -50,8 +50,8 @@ def test_entries_of_a_sector_meshs_body_agree(pairs, name):
     assert two.labels == one.labels
     for letter in "KMD":
         expected = getattr(one, letter)
-        own = np.where(expected.diagonal() > 0.0, expected.diagonal(), 1.0)
-        scale = np.sqrt(np.outer(own, own))
+        diagonal = np.where(expected.diagonal() > 0.0, expected.diagonal(), 1.0)
+        scale = np.sqrt(np.outer(diagonal, diagonal))
         result = getattr(two, letter)
         assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-10, err_msg=letter)
     size = np.abs(one.sensor_rows).max()

@@ -45,7 +45,7 @@ def texts(docstring):
         if set(line) == {"-"}:
             break
         if line and not line.startswith(" "):
-            names = [own.strip() for own in line.partition(" :")[0].split(",")]
+            names = [option.strip() for option in line.partition(" :")[0].split(",")]
             result |= dict.fromkeys(names, "")
         else:
             for name in names:
@@ -135,8 +135,8 @@ def test_every_default_is_shown(command, name):
         ):
             continue
         flag = f"--{key.strip('_').replace('_', '-')}"
-        own = shown.partition(f"{flag} ")[2]
-        assert "[default: " in own.partition(" --")[0], (flag, own[:300])
+        help_text = shown.partition(f"{flag} ")[2]
+        assert "[default: " in help_text.partition(" --")[0], (flag, help_text[:300])
 
 
 def test_defaults_have_the_unit_that_people_use(command):

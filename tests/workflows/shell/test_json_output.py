@@ -129,20 +129,20 @@ def test_quick_commands_and_refusals_print_what_the_schema_says(command, tmp_pat
     for line, code in QUICK.items():
         done = command(*line.split(), "--json")
         assert done.returncode == code, (line, done.stderr)
-        told = checked(done.stdout)
-        assert told["command"] == command_in(line.split())
-        assert told["exit_code"] == code
+        document = checked(done.stdout)
+        assert document["command"] == command_in(line.split())
+        assert document["exit_code"] == code
         if code == 2:
-            assert told["format"] == "carrierflex-refusal"
-            assert done.stderr == f"carrierflex: {told['error']}\n"
+            assert document["format"] == "carrierflex-refusal"
+            assert done.stderr == f"carrierflex: {document['error']}\n"
         else:
-            assert told["met"] is (code == 0)
+            assert document["met"] is (code == 0)
 
 
 def test_what_was_given_and_written_is_told(command, tmp_path):
-    told = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
-    assert told["given"] == {"size": 0.1, "out": "a.msh"}
-    assert told["written"] == ["a.msh"]
+    document = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
+    assert document["given"] == {"size": 0.1, "out": "a.msh"}
+    assert document["written"] == ["a.msh"]
 
 
 @pytest.mark.parametrize(
@@ -156,8 +156,8 @@ def test_what_was_given_and_written_is_told(command, tmp_path):
     ],
 )
 def test_another_key_value_or_result_breaks_the_schema(command, change):
-    told = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
-    assert list(VALIDATOR.iter_errors(told | change))
+    document = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
+    assert list(VALIDATOR.iter_errors(document | change))
 
 
 @pytest.mark.long

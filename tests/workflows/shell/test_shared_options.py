@@ -24,20 +24,20 @@ def test_every_command_tells_the_options_that_all_have(command, name):
 
 def test_json_stands_alone_on_standard_output(command, tmp_path):
     done = command(*MESH, "--json")
-    told = json.loads(done.stdout)
-    assert told["command"] == "mesh"
-    assert told["met"] is True
-    assert told["written"] == ["a.msh"]
-    assert told["result"]["n_tets"] > 100
+    document = json.loads(done.stdout)
+    assert document["command"] == "mesh"
+    assert document["met"] is True
+    assert document["written"] == ["a.msh"]
+    assert document["result"]["n_tets"] > 100
     assert (tmp_path / "a.msh").is_file()
 
 
 def test_json_of_a_command_with_a_document_is_that_document(command, tmp_path):
     done = command("papers", "printed-tables", "--out", "out", "--json")
-    told = json.loads(done.stdout)
+    document = json.loads(done.stdout)
     stored = json.loads((tmp_path / "out" / "printed_tables.json").read_text(encoding="utf-8"))
-    assert told["result"] == stored
-    assert told["written"] == ["out/printed_tables.json", "out/printed_tables.png"]
+    assert document["result"] == stored
+    assert document["written"] == ["out/printed_tables.json", "out/printed_tables.png"]
 
 
 def test_quiet_says_nothing_and_an_error_all_the_same(command):
@@ -128,7 +128,7 @@ def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
         "    stages.note('1 of 4', 0.25)\n"
         "    time.sleep(0.6)\n"
     )
-    seen, terminal = pty.openpty()
+    screen, terminal = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
     with subprocess.Popen(
         [sys.executable, "-P", "-c", program], stderr=terminal, env=environment, cwd=tmp_path
@@ -137,10 +137,10 @@ def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
         text = b""
         while process.poll() is None or text == b"":
             try:
-                text += os.read(seen, 100_000)
+                text += os.read(screen, 100_000)
             except OSError:
                 break
-    os.close(seen)
+    os.close(screen)
     shown = text.decode("utf-8")
     assert "second: 1 of 4" in shown
     assert "left" in shown

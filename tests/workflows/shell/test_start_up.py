@@ -53,10 +53,10 @@ def test_help_of_every_command_and_a_refused_option_load_no_library_of_the_work(
     lines = [["--version"], ["--help"], ["diagnoze"]]
     lines += [[*name.split(), "--help"] for name in COMMANDS]
     lines += with_unknown_option()
-    told, loaded = run_in_one_process(lines, tmp_path)
-    codes = [code for code, _ in told]
+    outcomes, loaded = run_in_one_process(lines, tmp_path)
+    codes = [code for code, _ in outcomes]
     assert codes[:3] == [0, 0, 2]
-    assert codes[3:] == [0] * len(COMMANDS) + [2] * len(COMMANDS), told
+    assert codes[3:] == [0] * len(COMMANDS) + [2] * len(COMMANDS), outcomes
     assert loaded & WORK == set()
 
 
@@ -65,8 +65,8 @@ def test_a_wrong_toml_of_every_command_is_refused_in_one_line(tmp_path):
     write_bad_files(tmp_path)
     lines = list(with_bad_toml())
     assert {line[0] for line in lines} >= {"run", "mesh", "simulate", "check", "diagnose", "import"}
-    told, _ = run_in_one_process(lines, tmp_path)
-    for line, (code, words) in zip(lines, told, strict=True):
+    outcomes, _ = run_in_one_process(lines, tmp_path)
+    for line, (code, words) in zip(lines, outcomes, strict=True):
         assert code == 2, (line, words)
         assert "bad" in words, (line, words)
         assert words.count("\n") == 1

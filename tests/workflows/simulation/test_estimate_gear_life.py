@@ -32,21 +32,21 @@ def kink(life, support, carrier, mesh):
 def test_one_bearing_alone_leaves_nearly_the_whole_kink_in_the_mesh(life):
     # L / (L + a) of the kink in the plane of action of the worst planet: the carrier alone turns,
     # sun and ring stay. Three planets at 120 deg see at least cos 30 of it.
-    whole = PHI * 2.1 / 2.16
+    full_slope = PHI * 2.1 / 2.16
     for mesh in ("sun", "ring"):
         added = kink(life[0], "bearing A alone", "rigid", mesh).added_slope
-        assert 0.86 * whole < np.abs(added).max() < 1.01 * whole
-        assert_allclose(added.sum(), 0.0, atol=0.02 * whole)
+        assert 0.86 * full_slope < np.abs(added).max() < 1.01 * full_slope
+        assert_allclose(added.sum(), 0.0, atol=0.02 * full_slope)
 
 
 def test_a_free_housing_takes_the_ring_along_and_a_held_one_does_not(life):
     sun = kink(life[0], "housing free", "flexible", "sun")
     assert abs(sun.worst) < 1e-6
     assert_allclose(sun.life_ratio, 1.0, atol=1e-3)
-    held = kink(life[0], "housing held", "flexible", "sun")
-    assert 10e-6 < abs(held.worst) < 60e-6
+    sun_fixed = kink(life[0], "housing held", "flexible", "sun")
+    assert 10e-6 < abs(sun_fixed.worst) < 60e-6
     # A rigid carrier brings more of the kink to the teeth than one that bends between its bearings.
-    assert abs(kink(life[0], "housing held", "rigid", "sun").worst) > 3.0 * abs(held.worst)
+    assert abs(kink(life[0], "housing held", "rigid", "sun").worst) > 3.0 * abs(sun_fixed.worst)
     state = {(s.support, s.carrier, s.phi_PLC): s for s in life[0].states}
     free, fixed = (state[name, "flexible", PHI] for name in ("housing free", "housing held"))
     assert np.linalg.norm(free.tilt["ring"]) > 0.8 * PHI

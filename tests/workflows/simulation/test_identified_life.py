@@ -31,7 +31,7 @@ from carrierflex.workflows.simulation.study_order_one import SENSORS
 from tests.workflows.checked_documents import checked_document
 
 KINK, LOAD, FLANK = 0.58e-3, SteadyLoad(360e3), ToothFlank()
-HELD = {"housing held": supports()[19].data}
+FIXED = {"housing held": supports()[19].data}
 FREE = {"housing free": supports()[0].data}
 
 
@@ -49,7 +49,7 @@ def pairs(gear):
 def rim(body):
     """Tilt that the sensors read of the kink where the housing is held [rad]."""
     effects = StageEffects(phi_PLC=KINK)
-    model = stage_model(body, HELD["housing held"], effects=effects, speed=0.0)
+    model = stage_model(body, FIXED["housing held"], effects=effects, speed=0.0)
     orders = sensor_orders(model, quasi_static_turn(model, LOAD), SENSORS)
     return orders.mean_amplitude(1) / SENSORS[0].radius
 
@@ -58,7 +58,7 @@ def tilted(value, half, effect="carrier_tilt"):
     return IdentifiedTilt(effect, Bounded(value, value - half, value + half), 0.0, ())
 
 
-def lives(tilt, body, pairs, *, of=HELD, sharing=None):
+def lives(tilt, body, pairs, *, of=FIXED, sharing=None):
     life = identified_life(tilt, sharing, body, of, pairs=pairs, flank=FLANK, load=LOAD)
     return life, {(one.teeth, one.component): one for one in life.components}
 
@@ -69,7 +69,7 @@ def test_the_kink_behind_the_tilt_is_found_and_costs_what_the_kink_costs(body, p
     _, life = lives(tilted(rim, 0.1 * rim), body, pairs)
     (known,) = (
         kink
-        for kink in kinks_in_meshes(stage_states({"": body}, HELD, KINK, LOAD), pairs, FLANK)
+        for kink in kinks_in_meshes(stage_states({"": body}, FIXED, KINK, LOAD), pairs, FLANK)
         if kink.mesh == "sun"
     )
     sun = life["do not resist tilt", "sun mesh"]
@@ -191,9 +191,9 @@ def test_typed_and_identified_values_exclude_one_another(tmp_path):
 def test_a_diagnosis_goes_through_to_table_and_picture(tmp_path):
     path = written(tmp_path, "diagnosis.json", document())
     life = main(out=tmp_path / "life", diagnosis=path, size=0.06, quiet=True)
-    told = checked_document(tmp_path / "life" / "gear_life.json")
-    assert told["inputs"]["diagnosis"] == str(path)
-    assert len(told["result"]["identified"]["components"]) == len(life.identified.components)
+    stored = checked_document(tmp_path / "life" / "gear_life.json")
+    assert stored["inputs"]["diagnosis"] == str(path)
+    assert len(stored["result"]["identified"]["components"]) == len(life.identified.components)
     rows = (tmp_path / "life" / "identified_life.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 1 + len(life.identified.components)
     assert (tmp_path / "life" / "identified_life.png").stat().st_size > 1000
@@ -203,9 +203,9 @@ def test_a_diagnosis_goes_through_to_table_and_picture(tmp_path):
 
 def test_a_clearance_takes_up_what_more_of_a_kink_would_show(body, pairs):
     clearance = replace(
-        HELD["housing held"].bearings, upwind_clearance=1e-4, downwind_clearance=1e-4
+        FIXED["housing held"].bearings, upwind_clearance=1e-4, downwind_clearance=1e-4
     )
-    loose = {"loose": replace(HELD["housing held"], bearings=clearance)}
+    loose = {"loose": replace(FIXED["housing held"], bearings=clearance)}
     _, life = lives(tilted(4e-4, 4e-5), body, pairs, of=loose)
     _, tight = lives(tilted(4e-4, 4e-5), body, pairs)
     row = ("do not resist tilt", "sun mesh")

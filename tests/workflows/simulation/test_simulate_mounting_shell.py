@@ -83,15 +83,15 @@ def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path
     assert line.endswith("s; the signals up to there are kept")
     last_time = float(line.split("after ")[1].split(" s")[0])
     assert 535.0 < last_time < 555.0  # while the torque rises
-    (kept,) = read_campaign(tmp_path / "out").runs
-    assert_allclose(kept.time[-1], last_time, rtol=1e-5)
-    assert kept.condition == f"figure 6, cut at {kept.time[-1]:g} s: theta_x diverged"
+    (written_run,) = read_campaign(tmp_path / "out").runs
+    assert_allclose(written_run.time[-1], last_time, rtol=1e-5)
+    assert written_run.condition == f"figure 6, cut at {written_run.time[-1]:g} s: theta_x diverged"
     # The record is that of the run that would have gone on: all six sensors, zeroed, with the noise
     # of the case.
     what = read_mounting_case(case)
-    inputs = history_inputs(what.runs[0].history).shortened(len(kept.time))
+    inputs = history_inputs(what.runs[0].history).shortened(len(written_run.time))
     full = simulate(what.rig, what.truth, inputs).by_sensor()
-    for name, signal in kept.signals.items():
+    for name, signal in written_run.signals.items():
         assert_allclose(np.std(signal - full[name]), 2e-6, rtol=0.03)
     assert np.ptp(full["spy"]) > 1e-3  # the other block has come as far
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "out"]
@@ -104,9 +104,9 @@ def test_an_interrupted_run_keeps_its_record(tmp_path):
         run([sys.executable, "-c", INTERRUPTED, "simulate", case, "--out", "out"], tmp_path), 130
     )
     assert "interrupted" in line
-    (kept,) = read_campaign(tmp_path / "out").runs
-    assert kept.time.size == 3 * 2000 + 1
-    assert kept.condition == "figure 6, cut at 300 s: interrupted"
+    (written_run,) = read_campaign(tmp_path / "out").runs
+    assert written_run.time.size == 3 * 2000 + 1
+    assert written_run.condition == "figure 6, cut at 300 s: interrupted"
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "campaign.toml",
         "case.toml",
@@ -167,9 +167,9 @@ def test_a_bushing_that_gives_way_ends_the_run_with_what_it_has(tmp_path, comman
     assert line.startswith(
         f"carrierflex: {case}: theta_x, theta_y: the bushing forces did not converge after 9"
     )
-    (kept,) = read_campaign(tmp_path / "out").runs
-    assert 90.0 < kept.time[-1] < 105.0
-    assert kept.condition.endswith("theta_x diverged")
+    (written_run,) = read_campaign(tmp_path / "out").runs
+    assert 90.0 < written_run.time[-1] < 105.0
+    assert written_run.condition.endswith("theta_x diverged")
 
 
 @pytest.mark.long

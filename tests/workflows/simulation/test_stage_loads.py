@@ -19,8 +19,8 @@ def test_a_long_run_grows_its_file_and_shows_its_first_revolutions_alone(tmp_pat
     # Pieces of 0.8 revolutions: the third ends beyond two, the fourth and fifth are not shown.
     angle = 2.0 * np.pi * np.arange(1, 41) / 10.0
     pieces = [
-        SimpleNamespace(record=SimpleNamespace(time=part, angle=part), loads=None)
-        for part in np.split(angle, 5)
+        SimpleNamespace(record=SimpleNamespace(time=piece, angle=piece), loads=None)
+        for piece in np.split(angle, 5)
     ]
     passed = list(stage_loads.with_loads(pieces, tmp_path, "LC1", model=None))
     assert passed == pieces

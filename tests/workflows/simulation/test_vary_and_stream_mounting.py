@@ -113,9 +113,9 @@ def test_a_stream_that_diverges_keeps_its_record_and_says_so(short_case, tmp_pat
     short_case.write_text(text, encoding="utf-8")
     with pytest.raises(DivergedError, match="theta_x: diverged after 2"):
         main(short_case, out=tmp_path / "out", parquet=True, quiet=True)
-    (kept,) = read_campaign(tmp_path / "out").runs
-    assert kept.condition == f"figure 6, cut at {kept.time[-1]:g} s: theta_x diverged"
-    assert 21.0 < kept.time[-1] < 35.0
+    (run,) = read_campaign(tmp_path / "out").runs
+    assert run.condition == f"figure 6, cut at {run.time[-1]:g} s: theta_x diverged"
+    assert 21.0 < run.time[-1] < 35.0
 
 
 @pytest.mark.long

@@ -115,13 +115,13 @@ def test_a_body_is_drawn_moves_with_the_slider_and_asks_no_network(tmp_path, bod
 def test_labels_of_pins_stand_in_the_picture(tmp_path, body_page):
     with browser(tmp_path, WITH_WEBGL) as opened:
         opened_page(opened, body_page)
-        places = opened.value(
+        positions = opened.value(
             "[...document.querySelectorAll('#canvasTarget div')]"
             ".filter(e => /^pin \\d upwind$/.test(e.textContent))"
             ".map(e => { const b = e.getBoundingClientRect(); return [b.x, b.y]; })"
         )
-    assert len(places) == 3
-    assert all(PANEL < x < 1200 and 0 < y < 900 for x, y in places)
+    assert len(positions) == 3
+    assert all(PANEL < x < 1200 and 0 < y < 900 for x, y in positions)
 
 
 def test_the_carrier_turns_and_its_gap_is_in_colour(tmp_path, rim_page):

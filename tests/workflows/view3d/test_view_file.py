@@ -84,8 +84,8 @@ def test_a_page_of_others_is_not_replaced_and_one_of_this_program_is(command, tm
 
 def test_entries_that_find_no_room_are_left_out_and_told(command, curves, monkeypatch):
     pytest.importorskip("k3d")
-    whole = command("view", "curves", "--quiet", "--out", "whole.html")
-    assert whole.returncode == 0, whole.stderr
+    complete = command("view", "curves", "--quiet", "--out", "whole.html")
+    assert complete.returncode == 0, complete.stderr
     size = len((curves.parents[1] / "whole.html").read_text(encoding="utf-8"))
     monkeypatch.setattr(view, "MOST_BYTES", size - 5000)
     ended = command("view", "curves", "--out", "less.html")

@@ -40,10 +40,10 @@ def table_of(columns, *, runs, channels, n_base=0, scales=SCALES):
         known=np.zeros(n_base),
         signatures=tuple(Signature(name, (), (1 + n_base + k,)) for k, name in enumerate(names)),
         parameters={name: ScaledParameter("a", "m", scale) for name, scale in scales.items()},
-        runs=np.array([own[0] for own in runs]),
-        channels=np.array([own[1] for own in runs]),
+        runs=np.array([run[0] for run in runs]),
+        channels=np.array([run[1] for run in runs]),
         n_samples=np.full(len(runs), N_SAMPLES),
-        run_names=tuple(f"run{k}" for k in range(1 + max(own[0] for own in runs))),
+        run_names=tuple(f"run{k}" for k in range(1 + max(run[0] for run in runs))),
         channel_names=channels,
         noise_std=1.0,
     )
@@ -69,7 +69,7 @@ def sensors_at(degrees):
     """Offset and tilt about one axis at sensors, each a channel of one run."""
     angles = np.deg2rad(degrees)
     columns = np.column_stack([np.ones(angles.size), np.cos(angles)])
-    names = tuple(f"s{own}" for own in degrees)
+    names = tuple(f"s{degree}" for degree in degrees)
     return table_of(columns, runs=[(0, c) for c in range(angles.size)], channels=names)
 
 
@@ -87,8 +87,8 @@ def test_the_angle_between_offset_and_tilt_is_that_of_two_vectors_over_the_senso
 def test_a_sensor_diametrically_opposite_parts_an_offset_from_a_tilt():
     table = sensors_at([0, 15, 180])
     planned = addition(MINUTES, {"run0": 1.0}, ("s0",), 0.0)
-    beside, opposite = (addition(SENSOR, {"run0": 1.0}, ("s0", name)) for name in ("s15", "s180"))
-    plan = plan_of_table(table, [beside, opposite], planned)
+    near, opposite = (addition(SENSOR, {"run0": 1.0}, ("s0", name)) for name in ("s15", "s180"))
+    plan = plan_of_table(table, [near, opposite], planned)
     assert {pair.state for pair in plan.pairs} == {ALIKE}
     assert plan.proposal.addition is opposite
     assert plan.proposal.is_sufficient
@@ -117,8 +117,8 @@ def test_a_second_torque_parts_what_grows_with_torque_from_what_does_not():
 def test_twice_the_minutes_lower_the_smallest_visible_size_by_the_root_of_two():
     table = sensors_at([0, 90])
     sizes = [
-        plan_of_table(table, [], addition(MINUTES, {"run0": own}, ("s0", "s90"), 0.0)).sizes[0]
-        for own in (1.0, 2.0)
+        plan_of_table(table, [], addition(MINUTES, {"run0": minutes}, ("s0", "s90"), 0.0)).sizes[0]
+        for minutes in (1.0, 2.0)
     ]
     assert sizes[0].seen_from / sizes[1].seen_from == pytest.approx(np.sqrt(2.0), rel=1e-9)
     # The floor rule of the diagnosis asks for a share of the noise, however long the record.
@@ -173,8 +173,8 @@ def test_the_cheapest_of_sufficient_additions_is_proposed():
     dear = addition(SENSOR, {"run0": 1.0}, ("s0", "s180"), 240.0)
     cheap = addition(SENSOR, {"run0": 1.0}, ("s0", "s120"), 100.0)
     plan = plan_of_table(table, [dear, cheap], planned)
-    assert [own.addition.cost for own in plan.additions] == [100.0, 240.0]
-    assert all(own.is_sufficient for own in plan.additions)
+    assert [entry.addition.cost for entry in plan.additions] == [100.0, 240.0]
+    assert all(entry.is_sufficient for entry in plan.additions)
     assert plan.additions[0].information < plan.additions[1].information
 
 
@@ -186,7 +186,7 @@ def test_of_additions_that_cost_as_much_the_one_comes_first_that_parts_all_pairs
     runs = [(0, 0), (1, 0), (2, 0)]
     table = table_of(columns, runs=runs, channels=("s",), scales=scales)
     planned = addition(MINUTES, {"run0": 1.0}, ("s",), 0.0)
-    further, other = (addition(LOADS, {"run0": 1.0, own: 1.0}, ("s",)) for own in ("run1", "run2"))
+    further, other = (addition(LOADS, {"run0": 1.0, run: 1.0}, ("s",)) for run in ("run1", "run2"))
     plan = plan_of_table(table, [other, further], planned)
     first, second = plan.additions
     assert first.addition is further
@@ -201,11 +201,11 @@ def test_where_no_addition_is_sufficient_the_one_comes_first_that_comes_nearest(
     table = sensors_at([0, 20, 25])
     planned = addition(MINUTES, {"run0": 1.0}, ("s0",), 0.0)
     cheap, near = (
-        addition(SENSOR, {"run0": 1.0}, ("s0", own), cost)
-        for own, cost in (("s20", 10.0), ("s25", 240.0))
+        addition(SENSOR, {"run0": 1.0}, ("s0", sensor), cost)
+        for sensor, cost in (("s20", 10.0), ("s25", 240.0))
     )
     plan = plan_of_table(table, [cheap, near], planned, gap=2.0)
-    assert not any(own.is_sufficient or own.parted for own in plan.additions)
+    assert not any(entry.is_sufficient or entry.parted for entry in plan.additions)
     assert plan.proposal.addition is near
 
 
