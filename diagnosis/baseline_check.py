@@ -98,7 +98,7 @@ _GAP_BESIDE = 2.0
 #: Share of what shapes leave that a fault beside them explains: they were measured with it.
 _BESIDE_SHAPES = 0.7
 #: Share of the gap above the floor that a wiring must explain to be told.
-_TOLD = 0.5
+_REPORTED = 0.5
 #: Share by which it may explain less than what is named and still be as good.
 _AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
@@ -125,10 +125,11 @@ _CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
 _MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (RUN, RUN_VARIATION)
-#: Checks of the records that explain any gap, and their faults.
-_OF_RECORDS = (
-    ("unit", UNIT), ("copied_channel", COPIED_CHANNEL), ("wrapped", WRAPPED),
-    ("rectified", RECTIFIED), ("detrended", AC_COUPLED),
+#: Checks of the records that explain any gap, and their faults; then those that are certain, where
+#: what a refit explains is not.
+_OF_RECORDS = (("unit", UNIT), ("detrended", AC_COUPLED))
+_CERTAIN = (
+    ("copied_channel", COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
 )  # fmt: skip
 #: What is at fault in a way that no kind of fault explains.
 _OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
@@ -189,10 +190,10 @@ def checked_baseline(
             with_shapes = problem.with_laws(shapes) if is_taken else None
             if with_shapes is not None:
                 names = tuple(shape.name for shape in shapes)
-                tried += _beside(with_shapes, campaign, wiring, names, floor, shapes)
+                tried += _rivals_with_laws(with_shapes, campaign, wiring, names, floor, shapes)
             else:
                 for law in laws:
-                    tried += _beside(problem, campaign, wiring, (law,), floor)
+                    tried += _rivals_with_laws(problem, campaign, wiring, (law,), floor)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
@@ -214,12 +215,12 @@ def checked_baseline(
         key = (rival.id, rival.about)
         if key not in best or share > best[key][1] + _AS_GOOD:
             best[key] = (rival, share)
-    rivals = tuple((rival, share) for rival, share in best.values() if share >= _TOLD)
+    rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
     return BaselineCheck(tuple(warnings), rivals)
 
 
-def _beside(
+def _rivals_with_laws(
     problem: ComparisonProblem,
     campaign: Campaign,
     wiring: WiringChecks,
@@ -338,16 +339,17 @@ def with_findings(
         and not _is_beside(rival, diagnosis)
     ]
     as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
-    beside = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
+    with_fault = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if beside and beside[0][1] > explained + min(_AS_GOOD, _TOLD * (1.0 - explained)):
-        reason = f"{diagnosis.reason}; {_explains(*beside[0])}"
+    if with_fault and with_fault[0][1] > explained + min(_AS_GOOD, _REPORTED * (1.0 - explained)):
+        reason = f"{diagnosis.reason}; {_explains(*with_fault[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if diagnosis.verdict != AT_NOISE_FLOOR:
-        # What the records show by themselves is surer than what a refit explains.
-        as_good = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts} | as_good
+        of_records = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
+        certain = {fault: texts[check] for check, fault in _CERTAIN if check in texts}
+        as_good = certain | as_good | of_records
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
         # What a corrected record explains is no noise.
@@ -419,8 +421,8 @@ def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> Baselin
 
 def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
     """Largest share that all that is named explains with a fault beside it; zero where none is."""
-    beside = [share for rival, share in baseline.rivals if _is_beside(rival, diagnosis)]
-    return max(beside, default=0.0)
+    shares = [share for rival, share in baseline.rivals if _is_beside(rival, diagnosis)]
+    return max(shares, default=0.0)
 
 
 def _least_share(fault: str, diagnosis: Diagnosis) -> float:
@@ -432,7 +434,7 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     """
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if diagnosis.reduction is None or not is_named:
-        return _TOLD
+        return _REPORTED
     far = diagnosis.reduction
     if fault == FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
@@ -543,7 +545,7 @@ def _late_by_steps(
         if clock.run or abs(clock.delay) < _FEWEST_STEPS * step:
             continue
         share = (before - remaining) / (before - floor)
-        if share >= _TOLD:
+        if share >= _REPORTED:
             sure = f"put back, the baseline alone explains {share:.0%} of the gap"
             yield _delay_warning("", clock.delay, sure)
 

@@ -212,8 +212,8 @@ def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | R
         MEASURED + finding.id if finding.measured_law is not None else finding.law
         for finding in answer.classes
     )
-    beside = tuple(name for name in effects if name in fits.problem.cards)
-    problem = fits.problem.with_laws(answer.shapes, beside) if answer.shapes else None
+    library = tuple(name for name in effects if name in fits.problem.cards)
+    problem = fits.problem.with_laws(answer.shapes, library) if answer.shapes else None
     if problem is None or not set(effects) <= problem.cards.keys():
         return None
     baseline: dict[Effects, HeldOut] = {(): fits.score(())}

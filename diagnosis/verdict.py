@@ -335,14 +335,14 @@ def _by_laws(
     if not law_of_class:
         return answer
     share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
-    parts = _parts(law_of_class, answer, reduction)
+    law_shares = _law_shares(law_of_class, answer, reduction)
     findings = tuple(
         ClassFinding(
             name,
-            share * parts[name],
-            (interval[0] * parts[name], interval[1] * parts[name]),
+            share * law_shares[name],
+            (interval[0] * law_shares[name], interval[1] * law_shares[name]),
             law,
-            share * parts[name],
+            share * law_shares[name],
             law_named=True,
         )
         for name, law in law_of_class.items()
@@ -358,7 +358,7 @@ def _by_laws(
     )
 
 
-def _parts(
+def _law_shares(
     classes: Mapping[str, str], answer: ClassAnswer, reduction: GapReduction
 ) -> dict[str, float]:
     """Part of each class in what the laws explain together; all parts add up to one.

@@ -69,7 +69,7 @@ def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
     keys, first, component_of = np.unique(
         np.column_stack([patterns, orders]), axis=0, return_index=True, return_inverse=True
     )
-    run_of = gap.places[:, 0]
+    run_of = gap.indices[:, 0]
     shape = (len(keys), len(gap.runs))
     cell = np.ravel_multi_index((component_of.ravel(), run_of), shape)
 
@@ -105,7 +105,7 @@ def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
 
 def _patterns(gap: GapMap, orders: IntArray) -> IntArray:
     """Pattern of every cell's component: the second half of a static tilt is the first's."""
-    patterns = gap.places[:, 1].copy()
+    patterns = gap.indices[:, 1].copy()
     if {"m=+1", "m=-1"} <= set(gap.patterns):
         is_second_half = (patterns == gap.patterns.index("m=-1")) & (orders == 0)
         patterns[is_second_half] = gap.patterns.index("m=+1")

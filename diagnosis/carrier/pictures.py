@@ -15,7 +15,15 @@ from carrierflex.diagnosis.carrier.records.sums import (
     ComplexArray,
     IntArray,
 )
-from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Overlay, Panel, Picture, Trace
+from carrierflex.diagnosis.comparison.overlay import (
+    GAP,
+    LAW,
+    REMAINDER,
+    Overlay,
+    Panel,
+    Picture,
+    Trace,
+)
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
@@ -225,7 +233,10 @@ def _picture(
         # Copies: a view would keep the turns of all sensors in all runs.
         traces = [Trace(GAP, _TURN_ANGLES, gap.copy())]
         if effects:
-            traces += [Trace(LAW, _TURN_ANGLES, law.copy()), Trace(LEFT, _TURN_ANGLES, gap - law)]
+            traces += [
+                Trace(LAW, _TURN_ANGLES, law.copy()),
+                Trace(REMAINDER, _TURN_ANGLES, gap - law),
+            ]
         panels.append(Panel(name, tuple(traces), passing))
     return Picture(
         title=title,

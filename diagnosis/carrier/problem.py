@@ -192,9 +192,9 @@ class CarrierProblem(ComparisonProblem):
             f"sensor at {between:.0f} degrees, off the even spacing of the others"
         )
 
-    def with_laws(self, laws: Sequence[Law], beside: Effects | None = None) -> "CarrierProblem":
+    def with_laws(self, laws: Sequence[Law], library: Effects | None = None) -> "CarrierProblem":
         """Problem with measured laws among its cards; sums of the columns in use are made anew."""
-        used = {*self.model.contained, *(self.model.effects if beside is None else beside)}
+        used = {*self.model.contained, *(self.model.effects if library is None else library)}
         effects = {name: one for name, one in self.model.effects.items() if name in used}
         effects |= {one.id: one for one in effects_of_laws(laws, self.campaign)}
         source = replace(self.model.source, effects=effects)

@@ -175,14 +175,14 @@ class TableRows:
         self, name: str, rows: FloatArray, penalty: FloatArray, *, is_nonnegative: bool = False
     ) -> None:
         """Add the rows of a group, shape (n, ...)."""
-        self.groups[name] = ColumnGroup(self._places(rows), penalty, is_nonnegative)
+        self.groups[name] = ColumnGroup(self._indices(rows), penalty, is_nonnegative)
 
     def add_law(self, name: str, rows: FloatArray) -> None:
         """Add the rows of a law, shape (n_shapes, n_columns, ...)."""
-        places = self._places(rows.reshape(-1, *rows.shape[2:]))
-        self.laws[name] = tuple(places.reshape(rows.shape[:2]))
+        indices = self._indices(rows.reshape(-1, *rows.shape[2:]))
+        self.laws[name] = tuple(indices.reshape(rows.shape[:2]))
 
-    def _places(self, rows: FloatArray) -> IntArray:
+    def _indices(self, rows: FloatArray) -> IntArray:
         first = sum(map(len, self.rows))
         self.rows.append(self._filtered(rows))
         return np.arange(first, first + len(rows))

@@ -33,7 +33,7 @@ class ClassModel:
         order = np.concatenate([np.flatnonzero(free), np.flatnonzero(self.is_nonnegative)])
         return order, int(np.count_nonzero(free))
 
-    def beside(self, n_base: int) -> "ClassModel":
+    def with_base(self, n_base: int) -> "ClassModel":
         """The same columns without the baseline's."""
         rest = slice(n_base, None)
         return ClassModel(self.columns[rest], self.penalty[rest, rest], self.is_nonnegative[rest])
@@ -234,7 +234,7 @@ class ClassScores:
     #: penalty are tried one after the other
     chosen: dict[bytes, _FoldProducts] = field(default_factory=dict)
     #: The same of all columns without the baseline, once they are made
-    beside: list[_FoldProducts] = field(default_factory=list)
+    base_products: list[_FoldProducts] = field(default_factory=list)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -382,7 +382,7 @@ class ClassScores:
 
     def _held_out(self, models: Sequence[ClassModel]) -> FloatArray:
         """Held-out squares of models whose penalties alone differ, shape (n_models, n_blocks)."""
-        models = [model.beside(self.table.n_base) for model in models]
+        models = [model.with_base(self.table.n_base) for model in models]
         training, held_out = self._products(models[0])
         squares = np.empty((len(models), len(self.table.folds)))
         fits = (
@@ -409,7 +409,7 @@ class ClassScores:
 
     def _held_out_of_one_size(self, models: Sequence[ClassModel]) -> FloatArray:
         """The same of models with as many columns each, all of which may be negative."""
-        models = [model.beside(self.table.n_base) for model in models]
+        models = [model.with_base(self.table.n_base) for model in models]
         columns = np.array([[0, *model.columns] for model in models])
         rows, columns = columns[:, :, None], columns[:, None, :]
         penalty = np.array([model.penalty for model in models])
@@ -442,7 +442,7 @@ class ClassScores:
         Its fit outside a fold, ``(A_bb + D)^-1 A_b``, is the same beside every class and law: the
         rest of a fit is a smaller problem on ``A - A_b' (A_bb + D)^-1 A_b`` (Schur's complement).
         """
-        if not self.beside:
+        if not self.base_products:
             table, base = self.table, slice(1, 1 + self.table.n_base)
             penalty = _class_model(table, (), (), jitter=self.constants.jitter).penalty
             training = table.training.copy()
@@ -458,5 +458,5 @@ class ClassScores:
                         taken = (block[:, base] - 0.5 * fit.T @ block[base, base]) @ fit
                         block -= taken + taken.T
                 held_out.append((scored, blocks))
-            self.beside.append((training, held_out))
-        return self.beside[0]
+            self.base_products.append((training, held_out))
+        return self.base_products[0]

@@ -70,8 +70,8 @@ class SignalComparison:
 #: Roles of a curve: what the baseline leaves, what the fitted effects say, what they leave.
 GAP = "gap"
 LAW = "law"
-LEFT = "left"
-_ROLES = (GAP, LAW, LEFT)
+REMAINDER = "left"
+_ROLES = (GAP, LAW, REMAINDER)
 #: Neighbours along x of a law that is a function of it differ by less than this share of its
 #: standard deviation on average; those of a loop change branch half of the time. The limit leaves
 #: room for the end of the trusted band.

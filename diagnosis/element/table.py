@@ -264,8 +264,8 @@ def _gram_table(
         ceiling = (*_SURFACE, "stops")
     cards = model.cards
     columns = [
-        LawColumns(law, places, len(cards[law].parameters) if law in cards else 2)
-        for law, places in laws.items()
+        LawColumns(law, indices, len(cards[law].parameters) if law in cards else 2)
+        for law, indices in laws.items()
     ]
     return replace(
         products,

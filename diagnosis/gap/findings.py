@@ -368,7 +368,7 @@ def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
     sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
     wanted = set(sought)
     mean_squares = {}
-    rows = zip(after.places, after.orders, after.mean_squares, strict=True)
+    rows = zip(after.indices, after.orders, after.mean_squares, strict=True)
     for (run, pattern), order, mean_square in rows:
         key = (after.runs[run], after.patterns[pattern], float(order))
         if key in wanted:

@@ -209,7 +209,7 @@ class GapMap(Sequence[GapCell]):
 
     runs: Annotated[tuple[str, ...], "Names of runs that the cells point to"]
     patterns: Annotated[tuple[str, ...], "Names of patterns that the cells point to"]
-    places: Annotated[IntArray, "Number of the run and of the pattern of every cell, shape (n, 2)"]
+    indices: Annotated[IntArray, "Number of the run and of the pattern of every cell, shape (n, 2)"]
     values: Annotated[
         FloatArray,
         "Order, mean square, coherent part, share, both ends of its interval, p-value, both "
@@ -258,12 +258,12 @@ class GapMap(Sequence[GapCell]):
 
     def chosen(self, which: BoolArray) -> "GapMap":
         """Some of the cells, in their order."""
-        return replace(self, places=self.places[which], values=self.values[which])
+        return replace(self, indices=self.indices[which], values=self.values[which])
 
     def sorted_by(self, values: FloatArray) -> "GapMap":
         """The same cells by ascending values, one of each."""
         order = np.argsort(values, kind="stable")
-        return replace(self, places=self.places[order], values=self.values[order])
+        return replace(self, indices=self.indices[order], values=self.values[order])
 
     def on_orders(self) -> "GapMap":
         """Cells without a band: those of the shaft's orders."""
@@ -284,8 +284,8 @@ class GapMap(Sequence[GapCell]):
     def __getitem__(self, number: slice) -> "GapMap": ...
     def __getitem__(self, number: int | slice) -> "GapCell | GapMap":
         if isinstance(number, slice):
-            return replace(self, places=self.places[number], values=self.values[number])
-        run, pattern = self.places[number].tolist()
+            return replace(self, indices=self.indices[number], values=self.values[number])
+        run, pattern = self.indices[number].tolist()
         order, mean_square, coherent, share, low, high, p_value, *band = self.values[
             number
         ].tolist()

@@ -195,11 +195,11 @@ class ComparisonProblem(ABC):
         return ""
 
     def with_laws(
-        self, laws: Sequence[Law], beside: Effects | None = None
+        self, laws: Sequence[Law], library: Effects | None = None
     ) -> "ComparisonProblem | None":
         """Problem with measured laws among its cards; None of a kind whose laws are its table's.
 
-        `beside` are laws of the library that are fitted with them; default: any of them.
+        `library` are laws of the library that are fitted with them; default: any of them.
         """
         return None
 

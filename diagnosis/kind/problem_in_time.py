@@ -363,13 +363,13 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     def simulated(self, law: Law) -> object:
         """What the simulator takes of a measured law."""
 
-    def with_laws(self, laws: Sequence[Law], beside: Effects | None = None) -> Self:
+    def with_laws(self, laws: Sequence[Law], library: Effects | None = None) -> Self:
         """Problem with measured laws among its cards."""
-        kept = self if beside is None else self.for_laws(beside)
-        model = kept.model
+        narrowed = self if library is None else self.for_laws(library)
+        model = narrowed.model
         cards = {card.id: card for card in self.cards_of(laws)}
         return replace(
-            kept,
+            narrowed,
             model=replace(
                 model,
                 cards={**model.cards, **cards},

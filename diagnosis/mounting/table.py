@@ -369,7 +369,9 @@ def _assembled(
     laws = {
         name: tuple(
             LawColumns(
-                law, tuple(places + shift for places in variants), len(model.cards[law].parameters)
+                law,
+                tuple(indices + shift for indices in variants),
+                len(model.cards[law].parameters),
             )
             for law, variants in rows.laws.items()
             if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)

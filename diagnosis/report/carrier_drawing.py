@@ -14,7 +14,7 @@ _HEIGHT = 2.4
 #: Half-width of the drawn strip, and bounds of the height [m].
 _LEFT, _RIGHT, _LOW, _HIGH = -0.75, 1.15, -0.54, 0.54
 #: Shorter lines have their number so far beside them [m].
-_SHORT, _BESIDE = 0.15, 0.045
+_SHORT, _LABEL_OFFSET = 0.15, 0.045
 
 _Point = tuple[float, float]
 
@@ -87,7 +87,7 @@ def carrier_figure(dimensions: list[str]) -> "Figure":
         axes.annotate("", ends[1], ends[0], arrowprops=arrow)
         x, y = (a + line.number_at * (b - a) for a, b in zip(*ends, strict=True))
         if math.dist(*ends) < _SHORT:
-            y += math.copysign(_BESIDE, y)
+            y += math.copysign(_LABEL_OFFSET, y)
         box = {"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": ORANGE}
         axes.text(x, y, str(number), fontsize=7, ha="center", va="center", bbox=box)
     return figure

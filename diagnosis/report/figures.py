@@ -16,7 +16,7 @@ from carrierflex.diagnosis.classes.results import MeasuredShape
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
-    LEFT,
+    REMAINDER,
     Overlay,
     Panel,
     Picture,
@@ -185,7 +185,7 @@ def _windowed(values: FloatArray, length: int) -> FloatArray:
 _ROLE_STROKES = {
     GAP: {"color": BLUE, "linewidth": 1.8, "linestyle": "-"},
     LAW: {"color": BLACK, "linewidth": 1.4, "linestyle": "--"},
-    LEFT: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
+    REMAINDER: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
 }
 _SHADE_MAP = "cividis"
 #: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
@@ -219,7 +219,7 @@ def remainder_factor(picture: Picture) -> float:
     """
     remainder, gap = (
         _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
-        for role in (LEFT, GAP)
+        for role in (REMAINDER, GAP)
     )
     if remainder <= 0.0 or gap <= 0.0:
         return 1.0
@@ -285,7 +285,7 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     axes = figure.add_axes(_POLAR_AXES, projection="polar")
     for trace in panel.traces:
         stroke = _ROLE_STROKES[trace.role]
-        drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y
+        drawn = (magnified if trace.role == REMAINDER else 1.0) * factor * trace.y
         axes.plot(trace.x, drawn, **stroke, label=trace.role)  # type: ignore[arg-type]
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)

@@ -61,22 +61,22 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     first = gap_maps[0]
     if not first:
         return ()
-    runs = sorted(first.runs[k] for k in np.unique(first.places[:, 0]))
+    runs = sorted(first.runs[k] for k in np.unique(first.indices[:, 0]))
     patterns = sorted(
-        (first.patterns[k] for k in np.unique(first.places[:, 1])), key=_pattern_position
+        (first.patterns[k] for k in np.unique(first.indices[:, 1])), key=_pattern_position
     )
     edges = _frequency_edges(first) if is_frequency else _order_edges(first)
     if len(patterns) == 1:
         blank = _blank_grid("run", runs, edges, is_frequency)
         return tuple(
-            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in gap_maps
+            _filled(blank, cells, cells.runs, cells.indices[:, 0], n_runs=1) for cells in gap_maps
         )
     of_patterns = any(name.startswith("m=") for name in patterns)
     blank = _blank_grid(
         "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
     )
     return tuple(
-        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs))
+        _filled(blank, cells, cells.patterns, cells.indices[:, 1], n_runs=len(runs))
         for cells in gap_maps
     )
 
@@ -149,7 +149,7 @@ def _order_edges(cells: GapMap) -> FloatArray:
 
 def _frequency_edges(cells: GapMap) -> FloatArray:
     """Edges of the coarsest bands in use."""
-    run_of = cells.places[:, 0]
+    run_of = cells.indices[:, 0]
     bands_of_runs = [
         np.unique(cells.bands_hz[run_of == run], axis=0).tolist() for run in np.unique(run_of)
     ]

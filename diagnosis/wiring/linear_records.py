@@ -29,7 +29,7 @@ from carrierflex.identification.estimation.scaled_least_squares import (
 
 FloatArray = NDArray[np.float64]
 #: Share of a column that the others must leave for its factor to be told from theirs.
-_LEFT = 1e-6
+_LEAST_REMAINING = 1e-6
 #: Lags of the residual's correlation.
 _LAGS = 20
 #: Drift over its standard deviation that is told, one run of many.
@@ -181,7 +181,7 @@ def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     others = slice(0, -2)
     absorbed = _inverse_of_unit_columns(scaled[others, others]) @ scaled[others, -2]
     remaining = 1.0 - float(scaled[-2, others] @ absorbed)
-    if remaining < _LEFT:
+    if remaining < _LEAST_REMAINING:
         return 0.0, np.inf
     along = float(scaled[-2, -1] - absorbed @ scaled[others, -1])
     factor = along / remaining * float(scale[-1] / scale[-2])

@@ -421,14 +421,14 @@ def _made_together(
     is_complete = np.isfinite(table).all(axis=0)
     first = 0
     for (run, some), of_run, at in zip(by_run, blocks, inputs, strict=True):
-        part = slice(first, first + some.size)
-        first = part.stop
+        segment = slice(first, first + some.size)
+        first = segment.stop
         yield [
             BlockColumns(
                 index,
-                table[:, part],
+                table[:, segment],
                 some,
-                is_complete[part],
+                is_complete[segment],
                 at,
                 [run.revolutions[r] for r in block],
             )

@@ -8,7 +8,7 @@ from carrierflex.diagnosis.carrier.pictures import _carrier_polar, _mean_turns, 
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
-    LEFT,
+    REMAINDER,
     Trace,
     is_function,
     strip_means,
@@ -137,8 +137,8 @@ def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
         by_name = traces(panel)
         order_one = 2.0 * np.mean(by_name[GAP].y[:-1] * np.exp(-1j * by_name[GAP].x[:-1]))
         assert_allclose(np.abs(order_one), size, rtol=0.02)
-        assert_allclose(by_name[GAP].y, by_name[LAW].y + by_name[LEFT].y, atol=1e-12)
-        assert np.std(by_name[LEFT].y) < NOISE
+        assert_allclose(by_name[GAP].y, by_name[LAW].y + by_name[REMAINDER].y, atol=1e-12)
+        assert np.std(by_name[REMAINDER].y) < NOISE
 
 
 def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():
