@@ -60,6 +60,7 @@ def test_a_rigid_motion_changes_the_stiffness_as_it_turns_it(half, matrices):
     assert relative(dS, M[::3, ::3]) < 1e-12
 
 
+@pytest.mark.long
 def test_growth_scales_stiffness_with_length_and_mass_with_volume(half, matrices):
     K, M = assemble_stiffness_and_mass(half, BODY_MATERIALS)
     dK, dS = matrices.by_shape(half.points)

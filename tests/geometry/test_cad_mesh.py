@@ -136,6 +136,7 @@ def test_circle_through_points_of_a_short_arc():
     assert deviation < 1e-13
 
 
+@pytest.mark.long
 def test_mesh_has_the_bodies_and_surfaces_of_the_parametric_one(
     cad_meshes, flexible_mesh, stiff_mesh
 ):

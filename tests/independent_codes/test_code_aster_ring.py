@@ -74,6 +74,7 @@ def test_code_asters_own_mesh_and_element_give_its_printed_digits():
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3])
 def test_frequencies_are_code_asters_within_three_per_mille(frequencies_hz, n):

@@ -23,7 +23,7 @@ from carrierflex.blind_check.truth.noise import case_rng
 #: change.
 PAIRS = [
     (("power_spring", "rubber"), 2),
-    (("late_sensor", "cubic_damper"), 1),
+    pytest.param((("late_sensor", "cubic_damper"), 1), marks=pytest.mark.long),
     pytest.param((("gap_in_spring", "coulomb"), 1), marks=pytest.mark.long),
 ]
 

@@ -153,6 +153,7 @@ def test_leaves_meet_the_power_at_their_steps_and_lie_above_it_between():
     assert LEAVES["quintic_stiffness"] % 100 == 5
 
 
+@pytest.mark.long
 def test_own_refit_finds_the_bushings_of_a_rig_without_effects():
     records = [drawn_record(np.random.default_rng(k), k) for k in (1, 4)]
     bushings = Bushings(1.13 * K, 1.4 * RIG["bushing_radial_damping"])

@@ -190,6 +190,7 @@ def test_a_moving_base_drives_the_mass_by_its_inertia(measured, kind):
     assert "m" not in values
 
 
+@pytest.mark.long
 def test_the_motion_of_the_channel_matters():
     relative = base_campaign(no_law, kind="absolute")
     channel = replace(relative.channels[0], motion="relative")

@@ -42,6 +42,7 @@ def from_sample(first, law=no_law):
     return replace(campaign, rig={"drive": "force"}, runs=runs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [no_law, hardening])
 def test_a_mass_that_a_force_sets_in_motion_begins_at_rest(law):
     problem = element_problem(from_sample(0, law))

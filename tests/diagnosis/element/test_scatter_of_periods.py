@@ -42,6 +42,7 @@ def changing(campaign, hz):
     return replace(campaign, runs=tuple(runs))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hz", [3.7, 7.3])
 def test_a_stiffness_that_changes_fast_is_no_noise(hz):
     diagnosis = diagnosis_of(changing(force_campaign(no_law, declared=False), hz))

@@ -84,12 +84,14 @@ def answer_to(cause):
     return element_problem(displacement_campaign(cause, n=3000)).class_answer()
 
 
+@pytest.mark.long
 def test_a_loop_that_hardens_is_hysteresis_alone_and_not_a_spring_beside_it():
     result = answer_to(hardening_loop)
     assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
     assert result.share > 0.99
 
 
+@pytest.mark.long
 def test_a_hardening_spring_beside_a_slider_is_two_causes():
     result = answer_to(hardening_spring_and_slider)
     assert (result.state, set(result.ids)) == (NAMED_CLASS, {"hysteresis", "restoring_force"})

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
@@ -37,6 +38,7 @@ def _misread(campaign, signal):
     return replace(campaign, runs=tuple(runs))
 
 
+@pytest.mark.long
 def test_misread_signals_move_the_fit_as_declared_errors_say():
     made = mounting_campaign({"P_T": 0.05}, conditions=CONDITIONS[:2], seconds=60.0)
     campaign = _declared(made, "ssz")

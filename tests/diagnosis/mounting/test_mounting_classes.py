@@ -60,6 +60,7 @@ def test_nothing_missing_names_no_class():
     assert result.ids == ()
 
 
+@pytest.mark.long
 def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps():
     def moved(inputs):
         """Pitch and yaw in proportion to the torque."""

@@ -84,6 +84,7 @@ def test_linear_bushings_are_at_the_noise_floor_whatever_the_nominal_stiffness()
     assert abs(estimate.value - TRUE_LINEAR["K1"]) < 4.0 * estimate.std
 
 
+@pytest.mark.long
 def test_an_effect_that_the_baseline_contains_is_fitted_with_it_and_not_named():
     campaign = mounting_campaign({"P_T": 0.1}, effects=("parasitic_torque",))
     problem = mounting_problem(campaign)

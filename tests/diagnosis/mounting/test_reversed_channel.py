@@ -22,6 +22,7 @@ def with_signs(campaign, signs):
     return replace(campaign, runs=runs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("names", [("ssz",), ("spy",), ()])
 def test_a_reversed_channel_is_found_however_far_the_fit_runs_away(names):
     made = mounting_campaign(LINEAR, conditions=CONDITIONS[:2], seconds=60.0)

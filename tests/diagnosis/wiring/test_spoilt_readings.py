@@ -119,6 +119,7 @@ def test_a_channel_that_saturates_is_told_with_its_end():
     assert float(text.split(" at ")[1].split(" m")[0]) == pytest.approx(1.2 * largest, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [no_law, cubic])
 def test_a_load_as_it_was_has_neither_noise_nor_a_drifting_gain(law):
     findings = rivals(lambda load, q, *_: (load, q), law)

@@ -118,6 +118,7 @@ def joint_estimates():
     return [identify_jointly(carrier_campaign(seed=seed), M2) for seed in range(200)]
 
 
+@pytest.mark.long
 def test_joint_intervals_cover_the_truth_as_well(joint_estimates):
     inside = []
     for estimate in joint_estimates:

@@ -83,6 +83,7 @@ def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
     assert_allclose(coarse, fine, rtol=0.0, atol=tolerance * np.abs(fine).max())
 
 
+@pytest.mark.long
 def test_a_record_in_pieces_is_the_whole_record():
     laws = laws_of(
         Stop(STARBOARD, YIELD, SLIP, RADIAL),

@@ -53,6 +53,7 @@ def swung(model):
     return drive
 
 
+@pytest.mark.long
 def test_both_integrators_come_to_one_motion_with_the_square_of_the_step(loose):
     drive, start = swung(loose), quasi_static_start(loose, LOAD)
     settings = {"duration": 0.1, "sample_rate": 100.0}

@@ -71,6 +71,7 @@ def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     assert (slopes < 2.15).all(), slopes  # the reference's own error adds 0.05
 
 
+@pytest.mark.long
 def test_modes_that_a_step_does_not_resolve_answer_statically(nominal_stage, start, request):
     drive = with_torque(nominal_stage, lambda t: 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2)
     settings = {"duration": 0.4, "sample_rate": 100.0, "step": 1e-3}

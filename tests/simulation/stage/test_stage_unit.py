@@ -133,6 +133,7 @@ def test_a_unit_of_the_stage_is_valid_and_says_what_it_starts_with(unit_model, v
     assert all(v.description and v.unit for v in description.modelVariables)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [1e-4, 0.0037, 0.05])
 @pytest.mark.usefixtures("all_modes")
 def test_steps_of_any_size_equal_the_integrator_of_the_stage(tool, loose, size):
