@@ -132,6 +132,11 @@ class Label:
     own_gaps: tuple[float, ...] = ()
     declares_noise: bool = True
 
+    @property
+    def has_no_class(self) -> bool:
+        """Whether nothing is missing, or a cause that no class holds."""
+        return self.family == NOTHING or (self.family == OUTSIDE and not self.classes)
+
     def text(self) -> str:
         """The label as JSON of one form only: what is sealed.
 

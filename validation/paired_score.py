@@ -314,7 +314,7 @@ def _named(entry: Mapping[str, Any]) -> NamedValue | None:
 
 def is_clear(label: Label) -> bool:
     """Whether a case has to be answered rightly: a gap of two floors, or nothing to name."""
-    return label.family in (NOTHING, OUTSIDE) or label.gap_over_floor >= CLEAR_CLASS_GAP
+    return label.has_no_class or label.gap_over_floor >= CLEAR_CLASS_GAP
 
 
 def paired_difference(first: Sequence[bool], second: Sequence[bool]) -> tuple[float, float, float]:

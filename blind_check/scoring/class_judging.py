@@ -29,7 +29,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE, SEVERAL, Label
+from carrierflex.blind_check.labels import SEVERAL, Label
 from carrierflex.blind_check.scoring.several_judging import JudgedCauses, judge_causes
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.carrier.other_forms import CLASSES_OF_LAW as CARRIER_LAWS
@@ -90,7 +90,7 @@ class ClassJudged:
     @property
     def has_class(self) -> bool:
         """Whether a class holds what is missing."""
-        return self.label.family not in (NOTHING, OUTSIDE)
+        return not self.label.has_no_class
 
     @property
     def truth(self) -> str:
@@ -182,7 +182,7 @@ def _outcome(
 ) -> str:
     if document["verdict"] == ERROR:
         return FAILED
-    if label.family in (NOTHING, OUTSIDE):
+    if label.has_no_class:
         return WRONG if answer or names_law else RIGHT
     if not answer:
         return SILENT if document["verdict"] in _SEES_NOTHING else ABSTAINED
@@ -216,7 +216,7 @@ def _class_of_law(law: str, label: Label) -> str:
 
 def _is_of_truth(law: str, label: Label) -> bool:
     """Whether a class of the law is the truth's, or in its alias table."""
-    if label.family in (NOTHING, OUTSIDE):
+    if label.has_no_class:
         return False
     true = {*label.classes, *(member for ids in label.class_aliases for member in ids)}
     # A law of the user, or of a later library, is of no class that this table knows.

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, SEVERAL
+from carrierflex.blind_check.labels import KINDS, NOTHING, SEVERAL
 from carrierflex.blind_check.scoring.class_judging import (
     ABSTAINED,
     CLASS_KINDS,
@@ -255,7 +255,7 @@ def _false_figures(
 ) -> list[Figure]:
     """Names that are false; decays have no target, since one line shows too little."""
     nothing = [case for case in cases if case.label.family == NOTHING]
-    outside = [case for case in cases if case.label.family == OUTSIDE]
+    outside = [case for case in cases if case.label.has_no_class and case not in nothing]
     inside = [case for case in cases if case.has_class]
 
     def at_most(name: str, hits: Sequence[bool], most: float) -> Figure:

@@ -96,6 +96,9 @@ OUTSIDE_NAMES: dict[str, tuple[str, ...]] = {
     "mounting": ("ground_motion", "loose_probe_bracket", "softening_in_time"),
 }
 
+#: Those of them that a class holds all the same, though no law of its library.
+OUTSIDE_CLASSES = {"softening_in_time": "time_variation"}
+
 
 def class_of(kind: str, effect: str) -> str:
     """Name of an effect's alias class: its own id where it is alone in it."""

@@ -23,7 +23,7 @@ from carrierflex.diagnosis.classes.decision import (
 )
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer, ClassFinding
+from carrierflex.diagnosis.classes.results import NO_CLASS, NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.mounting.motion import N_FREE
 from carrierflex.diagnosis.mounting.shapes import measured_shape
@@ -48,6 +48,9 @@ _LOADS = ("a torque", "a sideways load", "a vertical load")
 _ABSENT = 0.1
 #: Share of the lowest frequency at which inertia takes a quarter of a load.
 _QUICK = 0.5
+#: Share of a map that a law of its kind explains, at least: of a map beside which none does, the
+#: columns hold what the sensors read by themselves, and explain that.
+_LEAST_OF_MAP = 0.1
 _STIFFNESS_MAP = "stiffness_map"
 _INPUT_MAP = "input_map"
 _SENSOR_MAP = "sensor_map"
@@ -93,8 +96,17 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
         shape_of=partial(measured_shape, table, shares, decision.classes),
         note=_separating_load(table, decision),
     )
+    if all(shape_of(name) in LINEAR_MAPS for name in decision.classes):
+        if any(map(_is_of_readings, answer.classes)):
+            answer = replace(answer, state=NO_CLASS)
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), table.model.cards)
     return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
+
+
+def _is_of_readings(finding: ClassFinding) -> bool:
+    """Whether a map of stiffness or loads explains what no such law explains anything of."""
+    is_of_rig = shape_of(finding.id) in (STIFFNESS, LOADS)
+    return is_of_rig and finding.law_share < _LEAST_OF_MAP * finding.share
 
 
 def _separating_load(table: MountingTable, decision: Decision) -> str:

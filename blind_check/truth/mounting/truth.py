@@ -23,7 +23,7 @@ from carrierflex.blind_check.labels import (
     CasePlan,
     Label,
 )
-from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.alias_table import OUTSIDE_CLASSES, same_class
 from carrierflex.blind_check.truth.mounting.loads import (
     ALONE,
     CONDITIONS,
@@ -293,6 +293,7 @@ def _label(
         rho=rho,
         parameters={} if plan.family in (OUTSIDE, *FORM_FAMILIES) else named_parameters(state),
         where={"run": run} if inside else {},
+        classes=tuple(OUTSIDE_CLASSES[name] for name in plan.effects if name in OUTSIDE_CLASSES),
     )
 
 

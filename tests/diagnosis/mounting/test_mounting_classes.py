@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.answer import _INPUT_MAP, _STIFFNESS_MAP, contract_id
 from carrierflex.diagnosis.mounting.columns import _guide_forces, bushing_size, force_groups
 from carrierflex.diagnosis.mounting.motion import N_FREE, bushing_motions, rigid_body
@@ -134,6 +134,21 @@ def test_a_channel_that_rocks_by_itself_is_no_class():
         return signal
 
     assert answer_to(extra=shaken).ids == ()
+
+
+def test_ground_that_shakes_two_sensors_is_no_stiffness():
+    """The map's columns hold what the sensors read; no stiffness of a rig makes anything of it."""
+
+    def shaken(inputs):
+        """The frame of both vertical sensors shakes, with a machine nearby."""
+        t = inputs.time
+        signal = np.zeros((t.size, 6))
+        signal[:, 2:4] = 1e-3 * np.sin(2.0 * np.pi * 0.71 * t + 0.4 * np.sin(0.6 * t))[:, None]
+        return signal
+
+    answer = answer_to(extra=shaken)
+    assert answer.state == NO_CLASS
+    assert "stiffness_map" in answer.ids
 
 
 def test_channels_that_do_not_show_the_motion_have_no_class():
