@@ -38,7 +38,7 @@ def body(model, shapes):
 
 
 def part_of(scene, name):
-    return next(part for part in scene.parts if part.name == name)
+    return next(part for part in scene.objects if part.name == name)
 
 
 def test_the_entries_are_surfaces_torque_free_modes_and_kept_modes(body):
@@ -46,7 +46,12 @@ def test_the_entries_are_surfaces_torque_free_modes_and_kept_modes(body):
     assert names[:2] == ["surfaces by name", "torque of 1 kN m"]
     assert sum(name.startswith("free mode ") for name in names) == 12
     assert sum(name.startswith("mode ") for name in names) == 11
-    assert {part.name for part in body.parts} >= {"rim_face", "shaft_face", "pin_1_upwind", "body"}
+    assert {part.name for part in body.objects} >= {
+        "rim_face",
+        "shaft_face",
+        "pin_1_upwind",
+        "body",
+    }
 
 
 def test_the_rim_under_torque_moves_as_the_sensors_on_it_say(body, model, carrier, gear):
@@ -65,7 +70,7 @@ def test_the_rim_under_torque_moves_as_the_sensors_on_it_say(body, model, carrie
 
 def test_a_mode_is_drawn_to_the_same_size_as_another(body):
     sizes = [
-        max(float(np.linalg.norm(part.moved[k], axis=1).max()) for part in body.parts)
+        max(float(np.linalg.norm(part.moved[k], axis=1).max()) for part in body.objects)
         for k in range(2, len(body.entries))
     ]
     extent = np.ptp(part_of(body, "body").rest, axis=0).max()
@@ -162,4 +167,4 @@ def test_the_colours_of_the_gap_keep_the_limit_of_the_baseline():
 def test_fewer_entries_are_those_in_front(body):
     fewer = body.with_entries(3)
     assert fewer.entries == body.entries[:3]
-    assert all(len(part.moved) == 3 for part in fewer.parts)
+    assert all(len(part.moved) == 3 for part in fewer.objects)
