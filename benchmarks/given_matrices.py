@@ -58,10 +58,10 @@ def ratios(size: float = 0.0178, *, form: str = "npz", library: str = "") -> Ite
         yield Absent("MKL", "the package mkl is not installed")
     else:
         libraries["MKL"] = factorisation._Pardiso  # type: ignore[assignment]
-    _own(0.1)  # compiles the kernels
+    _built_carrier(0.1)  # compiles the kernels
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        _write(folder, *_own(size), form)
+        _write(folder, *_built_carrier(size), form)
         case = f"carrier of {_rows(folder)} unknowns by {form}"
         for name, kind in libraries.items():
             if library not in ("", name):
@@ -80,13 +80,13 @@ def ratios(size: float = 0.0178, *, form: str = "npz", library: str = "") -> Ite
             yield Ratio(case, DIFFERENCE, difference, peer, wanted=at_most(1e-8))
 
 
-def _own(size: float) -> tuple[TetMesh, StructuralModel]:
+def _built_carrier(size: float) -> tuple[TetMesh, StructuralModel]:
     mesh, structure = body_structure("flexible_carrier", read_parameters(None), size)
     return mesh, with_equal_node_weights(structure, mesh)
 
 
 def _reduced_own(size: float) -> ReducedModel:
-    return craig_bampton(_own(size)[1], _N_MODES).model
+    return craig_bampton(_built_carrier(size)[1], _N_MODES).model
 
 
 def _reduced_given(folder: Path, form: str) -> ReducedModel:
@@ -138,9 +138,9 @@ def _op4_words(name: str, A: sp.csc_array) -> NDArray[np.int32]:
     out[at[:-1] + 1], out[at[:-1] + 3] = np.arange(1, n + 1), words
     first = np.searchsorted(column[strings], np.arange(n))
     before = np.append(0, np.cumsum(2 * lengths + 2))
-    place = at[column[strings]] + 4 + before[:-1] - before[first[column[strings]]]
-    out[place], out[place + 1] = 2 * lengths + 1, row[strings] + 1
-    value = np.repeat(place + 2 - 2 * strings, lengths) + 2 * np.arange(len(row))
+    string_start = at[column[strings]] + 4 + before[:-1] - before[first[column[strings]]]
+    out[string_start], out[string_start + 1] = 2 * lengths + 1, row[strings] + 1
+    value = np.repeat(string_start + 2 - 2 * strings, lengths) + 2 * np.arange(len(row))
     pairs = A.data.view("<i4").reshape(-1, 2)
     out[value], out[value + 1] = pairs[:, 0], pairs[:, 1]
     out[at[-1] :] = [20, n + 1, 1, 2, 0, 0, 20]

@@ -72,12 +72,12 @@ def noisy_record(duration: float) -> MountingInputs:
     """The last `duration` [s] of the noisy history, with torque, from rest: loads of a record."""
     count = round(duration * 100.0) + 1
     last = noisy_inputs(40.0, 560.0).columns().values()
-    part = MountingInputs(*(values[-count:] for values in last))
-    time = part.time - part.time[0]
+    excerpt = MountingInputs(*(values[-count:] for values in last))
+    time = excerpt.time - excerpt.time[0]
     rise = np.minimum(1.0, time / 2.0)
-    torque = part.torque * rise
+    torque = excerpt.torque * rise
     return MountingInputs(
-        time, torque, part.speed, part.carrier_angle, part.ntl_y, part.ntl_z * rise
+        time, torque, excerpt.speed, excerpt.carrier_angle, excerpt.ntl_y, excerpt.ntl_z * rise
     )
 
 

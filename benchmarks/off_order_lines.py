@@ -22,7 +22,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 SMALLEST, LARGEST = 2.0, 10.0
 #: Orders between which a line is drawn, and its least distance from an order.
 LOWEST, HIGHEST = 0.3, 5.0
-BESIDE = 0.12
+LEAST_DISTANCE = 0.12
 #: A line is found where its order in the first run is met within this.
 _MET = 0.05
 #: Runs whose speeds differ by less are at one speed.
@@ -42,7 +42,7 @@ class DrawnLine:
 def drawn_line(rng: np.random.Generator, speed: float, n_channels: int) -> DrawnLine:
     """Random line; `speed` [turns/s] puts a frequency beside the orders of most runs."""
     order = float(rng.uniform(LOWEST, HIGHEST))
-    while abs(order - round(order)) < BESIDE:
+    while abs(order - round(order)) < LEAST_DISTANCE:
         order = float(rng.uniform(LOWEST, HIGHEST))
     is_order = bool(rng.uniform() < 0.5)
     floors = float(SMALLEST * (LARGEST / SMALLEST) ** rng.uniform())
@@ -77,7 +77,7 @@ def is_met(
     """
     if not motions:
         return False
-    strongest = max(motions, key=lambda own: sum(own.mean_square.values()))
+    strongest = max(motions, key=lambda motion: sum(motion.mean_square.values()))
     is_order = strongest.label.endswith("X")
     one_speed = max(speeds) - min(speeds) < _ONE_SPEED * max(speeds)
     if is_order != line.is_order and not one_speed:
@@ -104,7 +104,7 @@ def main(cases: int, seed: int) -> None:
     """Print every miss and the totals."""
     rng = np.random.default_rng([seed, 99])
     searched = 0
-    found = 0
+    n_met = 0
     invented = 0
     for name, campaign, floor in campaigns(cases, seed):
         speeds = [
@@ -120,12 +120,12 @@ def main(cases: int, seed: int) -> None:
         searched += 1
         invented += bool(plain)
         is_found = is_met(motions, line, names, speeds)
-        found += is_found
+        n_met += is_found
         if plain:
-            print(f"invented, {name}: {[own.id for own in plain]}", flush=True)
+            print(f"invented, {name}: {[motion.id for motion in plain]}", flush=True)
         if not is_found:
-            print(f"missed, {name}: {line}: {[own.id for own in motions]}", flush=True)
-    print(f"{searched} campaigns: found {found}, invented in {invented}")
+            print(f"missed, {name}: {line}: {[motion.id for motion in motions]}", flush=True)
+    print(f"{searched} campaigns: found {n_met}, invented in {invented}")
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ def write_bad_files(folder: Path) -> None:
 
 
 def _bad_name(option: str, kind: str) -> str:
-    return "_".join(part for part in ("bad", option.strip("_"), kind) if part)
+    return "_".join(word for word in ("bad", option.strip("_"), kind) if word)
 
 
 def _required(name: str) -> list[str]:

@@ -69,7 +69,7 @@ class Watched:
     def at(self, share: float) -> tuple[float | None, float]:
         """What was shown last at a share of the duration, and what was left then [s]."""
         now = share * self.seconds
-        before = [left for when, left in self.shown if when <= now]
+        before = [remaining for when, remaining in self.shown if when <= now]
         return (before[-1] if before else None), self.seconds - now
 
 
@@ -107,8 +107,8 @@ def row(name: str, result: Watched) -> str:
     """Duration and deviations of one command as a line of the table."""
     cells = []
     for share in SHARES:
-        said, left = result.at(share)
-        cells.append("none" if said is None else f"{100.0 * (said / left - 1.0):+.0f} %")
+        said, remaining = result.at(share)
+        cells.append("none" if said is None else f"{100.0 * (said / remaining - 1.0):+.0f} %")
     return f"| {name} | {result.seconds:.0f} s | {' | '.join(cells)} |"
 
 

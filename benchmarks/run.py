@@ -62,11 +62,11 @@ def chosen(names: Sequence[str], available: Sequence[str] = BENCHMARKS) -> list[
                 f"no benchmark {name!r}; expected one of {', '.join(available)}, or a part"
             )
     exact = [name for name in names if name in available]
-    parts = [name for name in names if name not in available]
+    fragments = [name for name in names if name not in available]
     return [
         candidate
         for candidate in available
-        if not names or candidate in exact or any(part in candidate for part in parts)
+        if not names or candidate in exact or any(fragment in candidate for fragment in fragments)
     ]
 
 

@@ -49,12 +49,12 @@ def ratios(size: float = 0.03) -> Iterator[Ratio]:
     half = stiff_half_sector(stage.carrier, stage.pin, size)
     blocks = measured(lambda: _by_blocks(half, stage))
     both = measured(lambda: _sensitivities(half, stage))
-    whole = measured(lambda: _whole_body(half, stage))
+    full_body = measured(lambda: _whole_body(half, stage))
     beyond = both.wall - blocks.wall
     case = f"{N_PARAMETERS} parameters, half sector of {3 * len(half.points)} unknowns"
     note = f"one reduction by blocks {blocks.wall:.1f} s, with sensitivities {both.wall:.1f} s"
     yield Ratio(case, TIME, beyond, "two by blocks", 2.0 * blocks.wall, at_least(1), note)
-    yield Ratio(case, TIME, beyond, "two of the whole body", 2.0 * whole.wall, at_least(1))
+    yield Ratio(case, TIME, beyond, "two of the whole body", 2.0 * full_body.wall, at_least(1))
 
 
 def _by_blocks(half: TetMesh, stage: StageParameters) -> object:

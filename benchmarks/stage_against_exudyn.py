@@ -118,15 +118,15 @@ def compared_motion(model: StageModel, case: StageCase) -> ComparedMotion:
     )
     sensors = [sensor for sensor in case.sensors if sensor.quantity == AXIAL]
     angle = np.concatenate([piece.record.c[:, 0] for piece in pieces])
-    own = [np.concatenate([piece.signals[sensor.name] for piece in pieces]) for sensor in sensors]
+    ours = [np.concatenate([piece.signals[sensor.name] for piece in pieces]) for sensor in sensors]
     other = [theirs.axial_signal(sensor.angle, sensor.radius) for sensor in sensors]
-    return ComparedMotion(_last_turn(angle, own), _last_turn(theirs.carrier_angle, other))
+    return ComparedMotion(_last_turn(angle, ours), _last_turn(theirs.carrier_angle, other))
 
 
 def _last_turn(angle: Array, signals: list[Array]) -> Array:
     """Signals at equal carrier angles from 0 over the last whole turn, less their common mean."""
-    whole = np.floor(angle[-1] / (2.0 * np.pi)) - 1.0
-    wanted = 2.0 * np.pi * (whole + np.arange(_SAMPLES) / _SAMPLES)
+    n_before = np.floor(angle[-1] / (2.0 * np.pi)) - 1.0
+    wanted = 2.0 * np.pi * (n_before + np.arange(_SAMPLES) / _SAMPLES)
     turned = np.array([np.interp(wanted, angle, signal) for signal in signals])
     return np.asarray(turned - turned.mean())
 
@@ -187,8 +187,8 @@ def mounting_numbers(model: StageModel, case: StageCase) -> StageMounting:
     )
 
 
-def _rigid_mass(part: RigidPart) -> RigidMass:
-    return RigidMass(part.mass, part.x, part.polar_inertia, part.transverse_inertia)
+def _rigid_mass(body: RigidPart) -> RigidMass:
+    return RigidMass(body.mass, body.x, body.polar_inertia, body.transverse_inertia)
 
 
 def _carrier_mass(joined: MassProperties, shaft: MassProperties) -> RigidMass:

@@ -224,10 +224,10 @@ class _Added:
 
 def _added(system: Any, masses: tuple[RigidMass, ...], origin: float, speed: float) -> _Added:
     """Rigid body of some masses, its reference point at `origin`, turning at `speed` [rad/s]."""
-    mass = sum(part.mass for part in masses)
-    centre = sum(part.mass * (part.x - origin) for part in masses) / mass
-    polar = sum(part.polar for part in masses)
-    across = sum(part.transverse + part.mass * (part.x - origin) ** 2 for part in masses)
+    mass = sum(rigid.mass for rigid in masses)
+    centre = sum(rigid.mass * (rigid.x - origin) for rigid in masses) / mass
+    polar = sum(rigid.polar for rigid in masses)
+    across = sum(rigid.transverse + rigid.mass * (rigid.x - origin) ** 2 for rigid in masses)
     node = system.AddNode(
         NodeRigidBodyRxyz(
             referenceCoordinates=[origin, 0.0, 0.0, 0.0, 0.0, 0.0],

@@ -56,11 +56,11 @@ def ratios(pairs: int = 5) -> Iterator[Ratio]:
 def _slowest(case: str, lines: Sequence[list[str]], folder: Path, pairs: int) -> Iterator[Ratio]:
     """By wall time and by processor time."""
     measured = [(_medians([_OURS + line, _PEER], folder, pairs), line) for line in lines]
-    told = case if len(lines) == 1 else f"{case}, slowest of {len(lines)}"
+    label = case if len(lines) == 1 else f"{case}, slowest of {len(lines)}"
     for number, quantity in enumerate((TIME, PROCESSOR_TIME)):
-        times = [(own[number], peer[number], line) for (own, peer), line in measured]
+        times = [(medians[number], peer[number], line) for (medians, peer), line in measured]
         ours, peer, line = max(times, key=lambda entry: entry[0] / entry[1])
-        yield Ratio(told, quantity, ours, "import numpy", peer, _WANTED, note=" ".join(line))
+        yield Ratio(label, quantity, ours, "import numpy", peer, _WANTED, note=" ".join(line))
 
 
 def _medians(commands: Iterable[list[str]], folder: Path, pairs: int) -> list[tuple[float, float]]:
@@ -71,7 +71,7 @@ def _medians(commands: Iterable[list[str]], folder: Path, pairs: int) -> list[tu
             seconds.setdefault(number, []).append(_seconds(command, folder))
     return [
         (statistics.median(wall), statistics.median(processor))
-        for wall, processor in (zip(*own, strict=True) for own in seconds.values())
+        for wall, processor in (zip(*runs, strict=True) for runs in seconds.values())
     ]
 
 

@@ -187,12 +187,12 @@ class MatrixDerivatives:
         """
         graph, V = self._graph, np.ascontiguousarray(V)
         blocks, values = np.zeros((len(graph.indices), 3, 3)), np.zeros(len(graph.indices))
-        places, rule, mass_rule = (self.mesh.points, V), _stiffness_rule(), _mass_rule()
+        moving_nodes, rule, mass_rule = (self.mesh.points, V), _stiffness_rule(), _mass_rule()
         for body, elements in self.mesh.bodies.items():
             material, tets = material_of(self.materials, body), self.mesh.tets[elements]
             indices = graph.block_indices[elements]
-            _add_stiffness_derivative(places, tets, material.lame, rule, indices, blocks)
-            _add_mass_derivative(places, tets, material.rho, mass_rule, indices, values)
+            _add_stiffness_derivative(moving_nodes, tets, material.lame, rule, indices, blocks)
+            _add_mass_derivative(moving_nodes, tets, material.rho, mass_rule, indices, values)
         return self._matrices(blocks, values)
 
     def by_material(self, body: str, constant: str) -> tuple[sp.bsr_array, sp.csr_array]:
@@ -464,15 +464,15 @@ def _velocity_gradient(
 
 @_jit
 def _add_stiffness_derivative(
-    places: tuple[NDArray[np.float64], NDArray[np.float64]],
+    moving_nodes: tuple[NDArray[np.float64], NDArray[np.float64]],
     tets: NDArray[np.int64],
     material: tuple[float, float],
     rule: tuple[NDArray[np.float64], NDArray[np.float64]],
     block_indices: NDArray[np.int32],
     blocks: NDArray[np.float64],
 ) -> None:
-    """:func:`_add_stiffness` of the derivative; `places` are nodes and their velocities (n, 3)."""
-    points, velocities = places
+    """:func:`_add_stiffness` of the derivative; `moving_nodes`: nodes and velocities (n, 3)."""
+    points, velocities = moving_nodes
     gradients, weights = rule
     G = np.empty((30, 30))
     x, v = np.empty((10, 3)), np.empty((10, 3))
@@ -487,15 +487,15 @@ def _add_stiffness_derivative(
 
 @_jit
 def _add_mass_derivative(
-    places: tuple[NDArray[np.float64], NDArray[np.float64]],
+    moving_nodes: tuple[NDArray[np.float64], NDArray[np.float64]],
     tets: NDArray[np.int64],
     density: float,
     rule: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     block_indices: NDArray[np.int32],
     values: NDArray[np.float64],
 ) -> None:
-    """:func:`_add_scalar_mass` of the derivative; `places` are nodes and their velocities."""
-    points, velocities = places
+    """:func:`_add_scalar_mass` of the derivative; `moving_nodes` are nodes and their velocities."""
+    points, velocities = moving_nodes
     shape_products, gradients, weights = rule
     g, J, A = np.empty(30), np.empty((3, 3)), np.empty((3, 3))
     x, v = np.empty((10, 3)), np.empty((10, 3))

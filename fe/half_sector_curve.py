@@ -103,6 +103,6 @@ def _whole_circle(
     # The displacement is antisymmetric: a mirrored image has its sign turned.
     sign = np.where(circle.images % 2 == 1, -1.0, 1.0)
     axial, radial = (
-        sign * (rows @ u)[circle.place] for rows in rim_recovery(half, radius, circle.angles)
+        sign * (rows @ u)[circle.angle_index] for rows in rim_recovery(half, radius, circle.angles)
     )
     return DeflectionCurve("torque", radius, UNIT_TORQUE, axial, radial)

@@ -44,14 +44,14 @@ class FoldedCircle:
     ----------
     angles : ndarray, shape (k,)
         Carrier-frame angles [rad] on the half sector, from a pin's plane to the next web's.
-    place : ndarray of int, shape (n,)
+    angle_index : ndarray of int, shape (n,)
         Which of `angles` each of the circle's is an image of.
     images : ndarray of int, shape (n,)
         Number of the image; odd ones are mirrored.
     """
 
     angles: NDArray[np.float64]
-    place: NDArray[np.int64]
+    angle_index: NDArray[np.int64]
     images: NDArray[np.int64]
 
 
@@ -63,8 +63,8 @@ def folded_circle(n_planets: int) -> FoldedCircle:
     # The second half of a pitch is the mirror image that the next rotation brings.
     images = np.where(mirrored, 2 * ((sector + 1) % n_planets) + 1, 2 * sector)
     step = np.where(mirrored, N_SENSOR_ANGLES - step, step)
-    places, inverse = np.unique(step, return_inverse=True)
-    angles = half_sector_angle(n_planets) * (2 * places / N_SENSOR_ANGLES)
+    distinct_steps, inverse = np.unique(step, return_inverse=True)
+    angles = half_sector_angle(n_planets) * (2 * distinct_steps / N_SENSOR_ANGLES)
     return FoldedCircle(angles, inverse, images)
 
 
@@ -84,7 +84,7 @@ def half_sector_sensors(half: TetMesh, radius: float, n_planets: int) -> HalfSec
     """
     circle = folded_circle(n_planets)
     axial, radial = rim_recovery(half, radius, circle.angles)
-    rows = sp.csr_array(sp.vstack([axial[circle.place], radial[circle.place]]))
+    rows = sp.csr_array(sp.vstack([axial[circle.angle_index], radial[circle.angle_index]]))
     return HalfSectorSensors(sensor_names(), rows, np.tile(circle.images, 2))
 
 

@@ -181,7 +181,7 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     """
     structure = half.structure
     T = _admitted_displacements(structure.points, half.group, representation)
-    parts = [
+    components = [
         T[j * structure.n_dofs : (j + 1) * structure.n_dofs]
         for j in range(representation.dimension)
     ]
@@ -189,13 +189,13 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     scale, shape = np.sqrt(1.0 / representation.share), (X.shape[2], T.shape[1])
     mean = np.linalg.inv(half.Z)
     G = sum(
-        (sp.csr_array(X_j.T @ mean) @ half.B @ T_j for X_j, T_j in zip(X, parts, strict=True)),
+        (sp.csr_array(X_j.T @ mean) @ half.B @ T_j for X_j, T_j in zip(X, components, strict=True)),
         start=sp.csr_array(shape),
     )
     return SymmetryBlock(
         representation=representation,
-        K=_energy(structure.K, parts),
-        M=_energy(structure.M, parts),
+        K=_energy(structure.K, components),
+        M=_energy(structure.M, components),
         G=sp.csr_array(scale * G),
         pilot_coordinates=X,
         rigid_modes=_rigid_modes(half, representation, T),
@@ -203,9 +203,11 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     )
 
 
-def _energy(matrix: sp.csr_array, parts: list[sp.csr_array]) -> sp.csr_array:
+def _energy(matrix: sp.csr_array, components: list[sp.csr_array]) -> sp.csr_array:
     """``Σ_j T_jᵀ A T_j``, symmetric to rounding."""
-    return functools.reduce(operator.add, (sp.csr_array(T_j.T) @ matrix @ T_j for T_j in parts))
+    return functools.reduce(
+        operator.add, (sp.csr_array(T_j.T) @ matrix @ T_j for T_j in components)
+    )
 
 
 def _rigid_modes(

@@ -163,9 +163,9 @@ def checked_name(text: str, where: str) -> str:
 
 def _dataset(group: h5py.Group, name: str) -> h5py.Dataset:
     """Dataset of this file; links to other files are none."""
-    parts: Sequence[str] = name.split("/")
+    steps: Sequence[str] = name.split("/")
     here = group
-    for step in parts:
+    for step in steps:
         if not isinstance(here.get(step, getlink=True), h5py.HardLink):
             raise PartError(f"{group.name.rstrip('/')}/{name} is missing or a link")
         here = here[step]

@@ -16,24 +16,24 @@ from functools import cache
 from pathlib import Path
 
 #: Beginning of the names of what is being written, and of what is about to be replaced.
-PART, OLD = ".part", ".old"
+UNFINISHED, OLD = ".part", ".old"
 #: Processes of another machine or container cannot be asked; what they write is left alone until
 #: it is this old [s].
 _OLDEST_FOREIGN = 86_400.0
 #: Characters of the final name that are kept: together with the rest below the 255 bytes of a name.
-_KEPT = 50
+_N_NAME_CHARACTERS = 50
 _PATTERN = re.compile(r"(\.part|\.old)-([0-9a-f]{8})-(\d+)-(\d+)-\d+-(.*)", re.DOTALL)
 _count = itertools.count()
 
 
-def unfinished_name(name: str, mark: str = PART) -> str:
+def unfinished_name(name: str, mark: str = UNFINISHED) -> str:
     """Name for something of this process that is to become `name`; of the same suffix."""
     process = os.getpid()
     owner = f"{_machine()}-{process}-{_start(process)}"
-    return f"{mark}-{owner}-{next(_count)}-{name[-_KEPT:]}"
+    return f"{mark}-{owner}-{next(_count)}-{name[-_N_NAME_CHARACTERS:]}"
 
 
-def abandoned(folder: Path, name: str | None = None, mark: str = PART) -> Iterator[Path]:
+def abandoned(folder: Path, name: str | None = None, mark: str = UNFINISHED) -> Iterator[Path]:
     """What killed processes left in a folder.
 
     Parameters
@@ -43,7 +43,7 @@ def abandoned(folder: Path, name: str | None = None, mark: str = PART) -> Iterat
     name : str, optional
         Only what was to become this; anything without.
     mark : str
-        `PART` or `OLD`.
+        `UNFINISHED` or `OLD`.
 
     Yields
     ------
@@ -56,13 +56,17 @@ def abandoned(folder: Path, name: str | None = None, mark: str = PART) -> Iterat
         return
     for entry in entries:
         match = _PATTERN.fullmatch(entry)
-        if match is None or match[1] != mark or (name is not None and match[5] != name[-_KEPT:]):
+        if (
+            match is None
+            or match[1] != mark
+            or (name is not None and match[5] != name[-_N_NAME_CHARACTERS:])
+        ):
             continue
         if _is_over(folder / entry, match[2], int(match[3]), int(match[4])):
             yield folder / entry
 
 
-def remove_abandoned(folder: Path, name: str | None = None, mark: str = PART) -> None:
+def remove_abandoned(folder: Path, name: str | None = None, mark: str = UNFINISHED) -> None:
     """Remove what :func:`abandoned` finds; what cannot be removed stays."""
     for path in abandoned(folder, name, mark):
         if path.is_dir() and not path.is_symlink():

@@ -111,10 +111,10 @@ class StoredRows:
 
     def __getitem__(self, rows: slice) -> FloatArray:
         start, stop, _ = rows.indices(self.shape[0])
-        return self.store.read(self._place(start), (max(stop - start, 0), *self.shape[1:]))
+        return self.store.read(self._offset(start), (max(stop - start, 0), *self.shape[1:]))
 
     def __setitem__(self, rows: slice, values: FloatArray) -> None:
-        self.store.write(self._place(rows.indices(self.shape[0])[0]), values)
+        self.store.write(self._offset(rows.indices(self.shape[0])[0]), values)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return stored_rows, (self[:],)
@@ -124,7 +124,7 @@ class StoredRows:
         """Bytes in the file."""
         return int(np.prod(self.shape)) * _ITEM
 
-    def _place(self, row: int) -> int:
+    def _offset(self, row: int) -> int:
         return self.first + row * int(np.prod(self.shape[1:])) * _ITEM
 
 
@@ -167,24 +167,24 @@ class StoredColumns(Mapping[str, FloatArray]):
     ----------
     store : TemporaryStore
         Where they are.
-    places : mapping of str to int
-        Place of the first byte of every column.
+    offsets : mapping of str to int
+        Offset of the first byte of every column.
     size : int
         Values of a column.
     """
 
     store: TemporaryStore
-    places: Mapping[str, int]
+    offsets: Mapping[str, int]
     size: int
 
     def __getitem__(self, name: str) -> FloatArray:
-        return self.store.read(self.places[name], (self.size,))
+        return self.store.read(self.offsets[name], (self.size,))
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.places)
+        return iter(self.offsets)
 
     def __len__(self) -> int:
-        return len(self.places)
+        return len(self.offsets)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return dict, (dict(self),)
@@ -205,10 +205,10 @@ def stored_columns(columns: Mapping[str, FloatArray], store: TemporaryStore) -> 
     StoredColumns
         The same values, none of them in memory.
     """
-    places = {}
+    offsets = {}
     size = 0
     for name, values in columns.items():
         size = values.size
-        places[name] = store.added(size)
-        store.write(places[name], values)
-    return StoredColumns(store, places, size)
+        offsets[name] = store.added(size)
+        store.write(offsets[name], values)
+    return StoredColumns(store, offsets, size)

@@ -30,8 +30,8 @@ _BYTE_ORDER_MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 _LARGEST, _SMALLEST = 1e30, 1e-30
 #: Parts of a key, as in ``rig.n_planets``; this program's files have three at most.
 _MOST_PARTS = 20
-_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
-_DEEP_KEY = re.compile(f"(?:{_PART}){{{_MOST_PARTS}}}")
+_KEY_SEGMENT = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+_DEEP_KEY = re.compile(f"(?:{_KEY_SEGMENT}){{{_MOST_PARTS}}}")
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ def mesh_until_sound(
         if number == 1:
             _follow_curvature(refinement)
         else:
-            refinement.add(*_places(tags[bad]))
+            refinement.add(*_centres_and_edges(tags[bad]))
     raise MeshingError(
         f"{what}: after {MOST_PASSES} passes from size {size} m {int(bad.sum())} of {len(tags)} "
         f"elements have a scaled Jacobian (minSJ) of {quality.min():.3f} to {LEAST_QUALITY}, on "
@@ -189,7 +189,7 @@ def _qualities() -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return tags, np.asarray(gmsh.model.mesh.getElementQualities(tags, "minSJ"))
 
 
-def _places(tags: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _centres_and_edges(tags: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centres (n, 3) and mean edges (n,) of elements [m]."""
     corners = np.array([_corners(int(tag)) for tag in tags])
     edges = [corners[:, i] - corners[:, j] for i in range(4) for j in range(i)]

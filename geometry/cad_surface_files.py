@@ -222,7 +222,7 @@ def statement_text(surface: SurfaceStatement) -> str:
         window = "axial_range"
     if np.isfinite(surface.window).any():
         lines.append(f"{window} = {_numbers(surface.window)}")
-    return "\n".join(lines + ([f"parts = {surface.parts}"] if surface.parts != 1 else []))
+    return "\n".join(lines + ([f"parts = {surface.n_bands}"] if surface.n_bands != 1 else []))
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -49,7 +49,7 @@ Window = Annotated[
     AfterValidator(_ascending),
     Expected("two numbers, the smaller value first"),
 ]
-Parts = Annotated[int, Field(ge=1, le=100), Expected("a whole number from 1 to 100")]
+BandCount = Annotated[int, Field(ge=1, le=100), Expected("a whole number from 1 to 100")]
 Finer = Annotated[float, Field(ge=1, le=8), Expected("a number from 1 to 8")]
 Tolerance = Annotated[float, Field(gt=0, le=1e-3), Expected("more than 0 and at most 0.001 m")]
 Width = Annotated[float, Field(gt=0, lt=5), Expected("a positive width in metres, below 5 m")]
@@ -63,7 +63,7 @@ class CylinderTable(TomlTable):
     direction: Direction = key("Direction of the axis")
     radius: Positive = key("Radius", "m")
     axial_range: Window | None = key("Least and greatest station along the axis", "m", default=None)
-    parts: Parts = key("Bands that the surface has along the axis", default=1)
+    parts: BandCount = key("Bands that the surface has along the axis", default=1)
 
 
 class PlaneTable(TomlTable):
@@ -78,7 +78,7 @@ class PlaneTable(TomlTable):
         "m",
         default=(0.0, 0.0, 0.0),
     )
-    parts: Parts = key("Bands that the surface has in radius", default=1)
+    parts: BandCount = key("Bands that the surface has in radius", default=1)
 
 
 SurfaceTable = Annotated[CylinderTable | PlaneTable, Field(discriminator="type")]

@@ -41,7 +41,7 @@ class SurfaceStatement:
     window : tuple of float
         Least and greatest station of a cylinder's part, radius of a plane's part; faces are cut at
         both.
-    parts : int
+    n_bands : int
         Number of bands the surface has along the axis (a plane: of radii), 2 for a bore with a
         groove. Faces side by side around the axis are one band, as those of a seat that is notched
         by bores.
@@ -53,7 +53,7 @@ class SurfaceStatement:
     direction: NDArray[np.float64]
     size: float
     window: tuple[float, float] = (-np.inf, np.inf)
-    parts: int = 1
+    n_bands: int = 1
 
     def extent(self, face: "CadFace") -> tuple[float, float]:
         """Least and greatest station (cylinder) or radius (plane) of the face's outline."""
@@ -150,11 +150,11 @@ class SurfaceStatement:
                 f"{self}; candidates: {_listed(self._nearest(faces))}"
             )
         n_bands = self._bands(matching, tolerance)
-        if n_bands != self.parts:
+        if n_bands != self.n_bands:
             key = "axial_range" if self.kind == "cylinder" else "radial_range"
             raise ValueError(
                 f"surface {self.name!r}: {n_bands} separate surfaces match the {self}; expected "
-                f"{self.parts}, choose by {key} or say parts = {n_bands}; candidates: "
+                f"{self.n_bands}, choose by {key} or say parts = {n_bands}; candidates: "
                 f"{_listed(matching)}"
             )
         return matching

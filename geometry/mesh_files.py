@@ -314,10 +314,10 @@ def _from_blocks(mesh: ForeignMesh, path: Path, statements: CadStatements | None
                 f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra "
                 "(tetra10) or linear ones (tetra) only"
             )
-    parts = {name: np.concatenate(nodes) for name, nodes in _bodies(solids, path).items()}
-    edges = np.cumsum([0, *(len(block) for block in parts.values())])
-    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
-    points, tets = np.asarray(mesh.points, np.float64), np.concatenate(list(parts.values()))
+    tets_of_body = {name: np.concatenate(nodes) for name, nodes in _bodies(solids, path).items()}
+    edges = np.cumsum([0, *(len(block) for block in tets_of_body.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(tets_of_body)}
+    points, tets = np.asarray(mesh.points, np.float64), np.concatenate(list(tets_of_body.values()))
     if tets.shape[1] == 4:
         points, tets = quadratic_tetrahedra(points, tets)
     outside = [boundary_facets(tets[elements]) for elements in bodies.values()]
@@ -338,7 +338,7 @@ def _bodies(
     solids: dict[str, list[NDArray[np.int64]]], path: Path
 ) -> dict[str, list[NDArray[np.int64]]]:
     """Tetrahedra by body: as named; those of one group in a foreign file are the carrier."""
-    orders = {nodes.shape[1] for parts in solids.values() for nodes in parts}
+    orders = {nodes.shape[1] for blocks in solids.values() for nodes in blocks}
     if len(orders) > 1:
         raise ValueError(
             f"{path}: linear and quadratic tetrahedra; expected one of the two throughout"

@@ -208,10 +208,10 @@ def _rows(bodies: Sequence[ReducedModel]) -> dict[str, NDArray[np.int64]]:
 
 
 def _merged(
-    parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str
+    mappings: Sequence[Mapping[str, NDArray[np.float64]]], kind: str
 ) -> dict[str, NDArray[np.float64]]:
     merged: dict[str, NDArray[np.float64]] = {}
-    for mapping in parts:
+    for mapping in mappings:
         repeated = merged.keys() & mapping.keys()
         if repeated:
             raise ValueError(
@@ -262,11 +262,11 @@ def _add_springs(
     K[b, a] -= stiffness
 
 
-def _together(parts: list[MassProperties]) -> MassProperties:
-    mass = sum(body.mass for body in parts)
-    centre = sum((body.mass * body.centre for body in parts), np.zeros(3)) / mass
+def _together(bodies: list[MassProperties]) -> MassProperties:
+    mass = sum(body.mass for body in bodies)
+    centre = sum((body.mass * body.centre for body in bodies), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
-    for body in parts:
+    for body in bodies:
         r = body.centre - centre
         inertia += body.inertia + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
     return MassProperties(mass, centre, inertia)

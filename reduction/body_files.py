@@ -225,7 +225,7 @@ def has_fields(path: Path, name: str) -> bool:
     return _read(path, stated)
 
 
-def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
+def _read(path: Path, reader: Callable[[h5py.File], T]) -> T:
     check_plain_file(path, "a body file (.h5)", _MOST_FILE_BYTES)
     try:
         try_hdf5(path)
@@ -234,7 +234,7 @@ def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
     try:
         with h5py.File(path, "r") as file:
             _check_header(file, path)
-            return part(file)
+            return reader(file)
     except BodyFileError:
         raise
     except PartError as error:

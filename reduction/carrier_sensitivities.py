@@ -56,7 +56,7 @@ from carrierflex.geometry.shape_velocity import (
     with_imaginary_step,
 )
 from carrierflex.geometry.tet_mesh import TetMesh
-from carrierflex.reduction.pin_fit import HELD
+from carrierflex.reduction.pin_fit import FIXED_PILOT
 from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import constrained_solution, load_vector
@@ -438,9 +438,11 @@ def spring_sensitivities(
         {f"{name}_of_pin": load for name, load in one_pin.items()},
     )
     f = np.stack([load_vector(model, loads) for loads in cases], axis=1)
-    held_rows = model.rows_of(HELD)
-    q = constrained_solution(model, held_rows, f, f"holding {HELD}")
-    dq = [constrained_solution(model, held_rows, -(one @ q), f"holding {HELD}") for one in dK]
+    held_rows = model.rows_of(FIXED_PILOT)
+    q = constrained_solution(model, held_rows, f, f"holding {FIXED_PILOT}")
+    dq = [
+        constrained_solution(model, held_rows, -(one @ q), f"holding {FIXED_PILOT}") for one in dK
+    ]
     zero = np.zeros_like(K)
     n_pilots = len(model.pilot_rows)
     return BodySensitivities(

@@ -63,7 +63,7 @@ _LIMITS = {
 #: Entry of a body's provenance that says its mesh has no symmetry of its own.
 FREE_MESH = ("symmetry_order", "1")
 #: Singular value of pilots' rigid motions over the largest below which one is not held.
-_HELD = 1e-8
+_RANK_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -376,7 +376,7 @@ def _holding_pilots(structure: StructuralModel) -> tuple[tuple[Pilot, ...], tupl
         moved = [pilot.G @ unit for pilot in structure.pilots[:count]]
         motion = np.concatenate([np.zeros((0, R.shape[1])), *moved])
         size = np.linalg.svd(motion, compute_uv=False)
-        if R.shape[1] == 0 or np.count_nonzero(size > _HELD * size[:1]) == R.shape[1]:
+        if R.shape[1] == 0 or np.count_nonzero(size > _RANK_TOLERANCE * size[:1]) == R.shape[1]:
             return structure.pilots[:count], structure.pilots[count:]
     raise ValueError(
         f"{structure.name}: its pilots leave the body free to move; expected pilots that hold it"

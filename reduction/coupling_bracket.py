@@ -82,14 +82,14 @@ def coupling_bracket(
     CouplingBracket
         Rigid couplings are never softer.
     """
-    structures = [_held(structure) for structure in (soft, rigidly_coupled(soft, mesh))]
+    structures = [_constrained(structure) for structure in (soft, rigidly_coupled(soft, mesh))]
     stiffness = np.array([_pilot_stiffness(*pair) for pair in structures])
     curve_soft, curve_rigid = (_curve(curve_name, *pair, load) for pair in structures)
     names = [pilot.name for pilot in soft.pilots]
     groups = {
         group: _curve(
             curve_name,
-            *_held(rigidly_coupled(soft, mesh, tuple(n for n in names if marker in n))),
+            *_constrained(rigidly_coupled(soft, mesh, tuple(n for n in names if marker in n))),
             load,
         )
         for group, marker in _GROUPS.items()
@@ -99,7 +99,7 @@ def coupling_bracket(
     )
 
 
-def _held(structure: StructuralModel) -> tuple[StructuralModel, HeldStructure]:
+def _constrained(structure: StructuralModel) -> tuple[StructuralModel, HeldStructure]:
     """The body with its first pilot, the shaft face's, held."""
     body = GroundedBody(structure.K, structure.points, structure.rigid_points)
     return structure, HeldStructure(body, structure.pilots[:1])

@@ -72,7 +72,7 @@ class Reduction:
 @one_dense_thread()
 def craig_bampton(
     structure: StructuralModel,
-    kept: int | ModeRule,
+    retained: int | ModeRule,
     *,
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
@@ -89,7 +89,7 @@ def craig_bampton(
     ----------
     structure : StructuralModel
         Free body with pilots.
-    kept : int or ModeRule
+    retained : int or ModeRule
         Fixed-interface modes kept: at least this number, completed to whole groups of equal
         frequency, or what a rule says.
     provenance : mapping of str to str, optional
@@ -122,7 +122,7 @@ def craig_bampton(
     fixed_interface = HeldStructure(body, structure.pilots)
     Psi, K_bb = fixed_interface.constraint_modes()
     modes = _kept_modes(
-        fixed_interface, structure.M, rule_of(kept), rng=np.random.default_rng(seed)
+        fixed_interface, structure.M, rule_of(retained), rng=np.random.default_rng(seed)
     )
     residuals = _residual_vectors(fixed_interface, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)

@@ -55,7 +55,7 @@ class FreeInterfaceReduction:
 
 def free_interface_reduction(
     structure: StructuralModel,
-    kept: int | ModeRule,
+    retained: int | ModeRule,
     *,
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
@@ -75,7 +75,7 @@ def free_interface_reduction(
     ----------
     structure : StructuralModel
         Free body with pilots by distributing couplings.
-    kept : int or ModeRule
+    retained : int or ModeRule
         Free elastic modes kept: at least this number, completed to whole groups of equal frequency,
         or what a rule says.
     provenance : mapping of str to str, optional
@@ -106,7 +106,7 @@ def free_interface_reduction(
     """
     body = body or grounded(structure)
     M, G = structure.M, sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
-    free = _kept_free_modes(structure, body, rule_of(kept), rng=np.random.default_rng(seed))
+    free = _kept_free_modes(structure, body, rule_of(retained), rng=np.random.default_rng(seed))
     R = body.rigid_modes @ _mass_orthonormal(body.rigid_modes, M)
     forces = G.T.toarray()
     Psi = _relieved(body, M @ R, R, forces) - free.Phi @ (

@@ -38,12 +38,12 @@ def sound_grounding(body: GivenBody) -> Grounded:
     return grounding
 
 
-def _finds_motions_again(body: GivenBody, held: Grounded) -> bool:
+def _finds_motions_again(body: GivenBody, supported: Grounded) -> bool:
     """Whether the forces of a motion give the motion back, but for a rigid one."""
-    K, R = body.structure.K, held.rigid_modes
+    K, R = body.structure.K, supported.rigid_modes
     root = np.sqrt(K.diagonal())
     motion = np.random.default_rng(0).standard_normal(len(root)) / root
-    again = held.displacement(K @ motion)
+    again = supported.displacement(K @ motion)
     Q = np.linalg.qr(root[:, None] * R)[0]
     difference = root * (again - motion)
     difference -= Q @ (Q.T @ difference)

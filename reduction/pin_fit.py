@@ -20,7 +20,7 @@ from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
 
 #: Pilot through which the carrier is held.
-HELD = "shaft_face"
+FIXED_PILOT = "shaft_face"
 #: Stiffnesses at which something changes are found to this relative accuracy.
 _ACCURACY = 1e-4
 
@@ -48,7 +48,7 @@ def torque_curve(
     KeyError, LinAlgError
         From :func:`carrierflex.reduction.reduced_static.static_coordinates`.
     """
-    q = static_coordinates(model, [HELD], loads)
+    q = static_coordinates(model, [FIXED_PILOT], loads)
     return sensor_curve(name, model.sensor_rows @ q, UNIT_TORQUE, radius)
 
 

@@ -21,15 +21,15 @@ PIN_FITS = {"free": 0.0, "paper": PAPER_STIFFNESS, "table_4": TABLE_4_STIFFNESS,
 #: [N m/rad].
 _SPIN_HOLD = 1.0
 
-_PARTS = ("upwind", "midspan", "downwind")
+_SECTIONS = ("upwind", "midspan", "downwind")
 
 
-def pin_pilot(pin: int, part: str) -> str:
+def pin_pilot(pin: int, section: str) -> str:
     """Name of a pilot on pin 1, 2, 3 ... in the assembly.
 
     Its carrier counterpart's name and ``_of_pin``.
     """
-    return f"pin_{pin}_{part}_of_pin"
+    return f"pin_{pin}_{section}_of_pin"
 
 
 def carrier_with_pins(
@@ -90,7 +90,7 @@ def carrier_with_each_pin(
     joints = []
     angles = pin_angles(planets_of(carrier.pilots))
     for number, (pin, angle) in enumerate(zip(pins, angles, strict=True), start=1):
-        rename = {f"pin_1_{section}": pin_pilot(number, section) for section in _PARTS}
+        rename = {f"pin_1_{section}": pin_pilot(number, section) for section in _SECTIONS}
         bodies.append(turned(pin, float(angle), rename))
         for side in ("upwind", "downwind"):
             torsional = stiffness if stiffness != 0.0 or side == "downwind" else _SPIN_HOLD

@@ -64,11 +64,11 @@ def displacements(
     ``u = t + Σ r_k (ω × e_k)`` on rigid surfaces.
     """
     n = 3 * len(structure.points)
-    parts = [T[:n].reshape(-1, 3, T.shape[1])]
+    blocks = [T[:n].reshape(-1, 3, T.shape[1])]
     for motion in T[n:].reshape(-1, 6, T.shape[1]):
         turning = np.einsum("abk,bj->kaj", _EPSILON, motion[3:])
-        parts.append(np.concatenate([motion[None, :3], turning]))
-    u = np.concatenate(parts)
+        blocks.append(np.concatenate([motion[None, :3], turning]))
+    u = np.concatenate(blocks)
     return [np.ascontiguousarray(u[:, axis]) for axis in range(3)]
 
 

@@ -206,7 +206,10 @@ def rim_swing(group: RotatingGroup, supports: Mapping[str, Sequence[int]]) -> fl
         Where there is no pilot of a name.
     """
     fixed = np.concatenate(
-        [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports.items()]
+        [
+            group.model.coordinates_of(pilot)[list(components)]
+            for pilot, components in supports.items()
+        ]
     )
     readings = group.sensor_readings(
         constrained_solution(group.model, fixed, group.imposed.load, "supports")

@@ -126,7 +126,7 @@ class SymmetricReduction:
 @one_dense_thread()
 def symmetric_craig_bampton(
     half: HalfSector,
-    kept: int | ModeRule,
+    retained: int | ModeRule,
     *,
     sensors: HalfSectorSensors | None = None,
     provenance: Mapping[str, str] | None = None,
@@ -145,7 +145,7 @@ def symmetric_craig_bampton(
     ----------
     half : HalfSector
         The body's half sector.
-    kept : int or ModeRule
+    retained : int or ModeRule
         Fixed-interface modes kept: at least this number, completed to whole groups of equal
         frequency, or what a rule says.
     sensors : HalfSectorSensors, optional
@@ -166,7 +166,7 @@ def symmetric_craig_bampton(
         sensors = HalfSectorSensors(
             (), sp.csr_array((0, half.structure.n_dofs)), np.zeros(0, dtype=np.int64)
         )
-    basis = _symmetric_basis(half, kept, seed=seed)
+    basis = _symmetric_basis(half, retained, seed=seed)
     m, n = len(basis.K_bb), basis.T.shape[1]
     ffrf = basis.inertia_invariants()
     omega = basis.omega
@@ -217,14 +217,16 @@ class _SolvedBody:
     omega: NDArray[np.float64]
 
 
-def _symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -> SymmetricBasis:
+def _symmetric_basis(
+    half: HalfSector, retained: int | ModeRule, *, seed: int = 0
+) -> SymmetricBasis:
     """Craig-Bampton basis of a body with dihedral symmetry."""
 
     def lowest_modes(n_modes: int) -> _SolvedBody:
         return _with_lowest_modes(half, n_modes, seed)
 
     most = len(half.group.motions) * half.structure.n_dofs
-    body, n_modes = modes_by_rule(rule_of(kept), lowest_modes, most)
+    body, n_modes = modes_by_rule(rule_of(retained), lowest_modes, most)
     solved, chosen = body.blocks, _lowest(body.blocks, n_modes)
     n_half, pilots = half.structure.n_dofs, half.pilot_motions
     T_pilots = np.zeros((n_half, pilots.shape[1]))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import LAW_FILE
-from carrierflex.simulation.laws import Law, Part
+from carrierflex.simulation.laws import Law, LawTerm
 
 _HEADING = (
     "# Measured shape of a missing effect, a candidate of `diagnose --law FILE`. Parts add up;",
@@ -68,16 +68,16 @@ def write_law(path: Path, law: Law) -> None:
         "units": dict(zip(("force", "deflection"), law.units, strict=True)),
         "rig": dict(law.rig) or None,
         "visited": {name: list(ends) for name, ends in law.visited.items()} or None,
-        "part": [_part_table(part) for part in law.parts],
+        "part": [_part_table(term) for term in law.terms],
     }
     write_toml(path, LAW_FILE, _HEADING, document)
 
 
-def _part_table(part: Part) -> dict[str, Any]:
+def _part_table(term: LawTerm) -> dict[str, Any]:
     """Keys of a part without those at their defaults."""
-    table: dict[str, Any] = {"type": part.type}
-    for field in fields(part):
-        value = getattr(part, field.name)
+    table: dict[str, Any] = {"type": term.type}
+    for field in fields(term):
+        value = getattr(term, field.name)
         if isinstance(value, np.ndarray):
             if value.size or field.default_factory is MISSING:
                 table[field.name] = _without_rounding(value)

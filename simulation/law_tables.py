@@ -27,11 +27,11 @@ from carrierflex.simulation.laws import (
     APART,
     EFFECT_CLASSES,
     N_STIFFNESS,
-    PART_TYPES,
     RADIAL,
     SMOOTH,
+    TERM_TYPES,
     Law,
-    Part,
+    LawTerm,
 )
 
 _MOST_POINTS = 10_000
@@ -51,7 +51,7 @@ def _rows_of(row: Any) -> Any:
     return list[row]
 
 
-def _whole(least: int) -> Any:
+def _whole_number(least: int) -> Any:
     words = f"a whole number, {least} to {_MOST_ORDER}"
     return Annotated[int, Field(ge=least, le=_MOST_ORDER), Expected(words)]
 
@@ -68,8 +68,8 @@ _VALUES: dict[str, Any] = {
     "rows": _rows_of(_Points),
     "levels": _list_of(NotNegative, 2, _MOST_POINTS, "a list of numbers >= 0, one for each x"),
     "stiffness": _list_of(Positive, N_STIFFNESS, N_STIFFNESS, f"{N_STIFFNESS} numbers > 0"),
-    "order": _whole(0),
-    "lobes": _whole(-_MOST_ORDER),
+    "order": _whole_number(0),
+    "lobes": _whole_number(-_MOST_ORDER),
     "follows": _one_of(*LOADS_OF),
     "along": _one_of("y", "z", "yy", "yz", "zz"),
     "amplitudes": _list_of(
@@ -78,11 +78,11 @@ _VALUES: dict[str, Any] = {
 }
 
 
-def _table_of(part: type[Part]) -> type[TomlTable]:
+def _table_of(term: type[LawTerm]) -> type[TomlTable]:
     """Table of a part: its fields, with the words of their annotations."""
-    keys: dict[str, Any] = {"type": (Literal[part.__name__.lower()], key("Type of the part"))}
-    hints = get_type_hints(part, include_extras=True)
-    for field in fields(part):
+    keys: dict[str, Any] = {"type": (Literal[term.__name__.lower()], key("Type of the part"))}
+    hints = get_type_hints(term, include_extras=True)
+    for field in fields(term):
         value, words = hints[field.name].__metadata__
         if field.default_factory is not MISSING or field.default == "":
             keys[field.name] = (_VALUES[value] | None, key(words, default=None))
@@ -90,10 +90,10 @@ def _table_of(part: type[Part]) -> type[TomlTable]:
             keys[field.name] = (_VALUES[value], key(words, default=field.default))
         else:
             keys[field.name] = (_VALUES[value], key(words))
-    return create_model(f"{part.__name__}Part", __base__=TomlTable, __doc__=part.__doc__, **keys)
+    return create_model(f"{term.__name__}Part", __base__=TomlTable, __doc__=term.__doc__, **keys)
 
 
-_TABLES = {part.__name__.lower(): (_table_of(part), part) for part in PART_TYPES}
+_TABLES = {term.__name__.lower(): (_table_of(term), term) for term in TERM_TYPES}
 _PartTable: Any = reduce(or_, [table for table, _ in _TABLES.values()])
 
 
@@ -167,8 +167,8 @@ class LawDocument(TomlTable):
 def _part_of(table: TomlTable) -> Any:
     """Part of a table."""
     given = table.given()
-    part: Any = _TABLES[given.pop("type")][1]
-    return part(**{name: _array(v) if isinstance(v, list) else v for name, v in given.items()})
+    term_type: Any = _TABLES[given.pop("type")][1]
+    return term_type(**{name: _array(v) if isinstance(v, list) else v for name, v in given.items()})
 
 
 def _array(values: list[Any]) -> NDArray[Any]:

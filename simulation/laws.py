@@ -76,8 +76,8 @@ def _points() -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Part of a law."""
+class LawTerm:
+    """Term of a law, a table ``[[part]]`` of its file."""
 
     acts_on: Annotated[str, "acts_on", "The element, both bushings or one, sensors of one quantity"]
 
@@ -92,7 +92,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Table(Part):
+class Table(LawTerm):
     """Function as points, linear between them: f(x) or g(v), or h(x) of a damping h(x) v."""
 
     x: Annotated[
@@ -116,7 +116,7 @@ class Table(Part):
 
 
 @dataclass(frozen=True)
-class Stop(Part):
+class Stop(LawTerm):
     """A spring in series with dry friction; z in -1 to 1 is its deflection over where it slips."""
 
     yield_deflection: Annotated[float, "positive", "Deflection at which it slips"]
@@ -148,7 +148,7 @@ class Stop(Part):
 
 
 @dataclass(frozen=True)
-class Branch(Part):
+class Branch(LawTerm):
     """A spring in series with a damper; of bushings the same in y and in z."""
 
     tau: Annotated[float, "positive", "Relaxation time [s]"]
@@ -156,7 +156,7 @@ class Branch(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class Loop(Part):
+class Loop(LawTerm):
     """A smooth loop: force times z, with dz = c(z) / half_range times the deflection's change."""
 
     half_range: Annotated[float, "positive", "Deflection over which c = 1 changes z by 1"]
@@ -165,7 +165,7 @@ class Loop(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class Friction(Part):
+class Friction(LawTerm):
     """Dry friction, in which the motion sticks: by the sense of the motion, or by deflection."""
 
     plus: Annotated[float, "not_negative", "Of dissipation: at positive speed"] = 0.0
@@ -189,7 +189,7 @@ class Friction(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class Surface(Part):
+class Surface(LawTerm):
     """Force over deflection and speed, bilinear between the points, without dry friction."""
 
     x: Annotated[Array, "points", "Deflection over the visited range, increasing"]
@@ -214,7 +214,7 @@ class Surface(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class Wave(Part):
+class Wave(LawTerm):
     """``cosine cos(m v - n theta) + sine sin(m v - n theta)`` at the sensors of one quantity."""
 
     order: Annotated[int, "order", "Order n of the carrier angle theta"]
@@ -268,8 +268,8 @@ class Wave(Part):
 
 
 #: Types of parts, in the order of the manual.
-PART_TYPES: tuple[type[Part], ...] = (Table, Stop, Branch, Loop, Friction, Surface, Wave)
-_P = TypeVar("_P", bound=Part)
+TERM_TYPES: tuple[type[LawTerm], ...] = (Table, Stop, Branch, Loop, Friction, Surface, Wave)
+_P = TypeVar("_P", bound=LawTerm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,8 +286,8 @@ class Law:
         Class of the effect; of a carrier frame and pattern.
     units : tuple of str
         Units of force and deflection; time is in seconds.
-    parts : tuple of Part
-        Parts that add up.
+    terms : tuple of LawTerm
+        Terms that add up, the tables ``[[part]]`` of its file.
     visited : mapping of str to (float, float)
         Least and largest value of what the parts follow, where no table states them: deflection
         (of bushings its size in the plane, from zero), or torque, ntl_y and ntl_z.
@@ -301,14 +301,14 @@ class Law:
     kind: str
     effect_class: str
     units: tuple[str, str]
-    parts: tuple[Part, ...]
+    terms: tuple[LawTerm, ...]
     visited: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     rig: Mapping[str, float] = field(default_factory=dict)
     measured_on: str = ""
 
-    def of(self, part: type[_P]) -> tuple[_P, ...]:
+    def of(self, term_type: type[_P]) -> tuple[_P, ...]:
         """Parts of one type."""
-        return tuple(one for one in self.parts if isinstance(one, part))
+        return tuple(one for one in self.terms if isinstance(one, term_type))
 
     def problems(self) -> list[str]:
         """What keys of its file contradict each other in, by the names in the file."""
@@ -321,20 +321,20 @@ class Law:
         messages = self._wrong_head()
         types = classes[self.effect_class]
         for name, (least, most) in types.items():
-            number = sum(part.type == name for part in self.parts)
+            number = sum(term.type == name for term in self.terms)
             if not least <= number <= most:
                 messages.append(
                     f"{number} tables [[part]] of type {name}; expected {least} to {most}"
                 )
-        for k, part in enumerate(self.parts, start=1):
-            if part.type not in types:
+        for k, term in enumerate(self.terms, start=1):
+            if term.type not in types:
                 expected = f"{' or '.join(types)}, of {self.effect_class}"
-                problems = [f"key 'type' is '{part.type}'; expected {expected}"]
-            elif part.acts_on not in ACTS_ON[self.kind]:
+                problems = [f"key 'type' is '{term.type}'; expected {expected}"]
+            elif term.acts_on not in ACTS_ON[self.kind]:
                 expected = f"one of {', '.join(ACTS_ON[self.kind])} of kind {self.kind}"
-                problems = [f"key 'acts_on' is '{part.acts_on}'; expected {expected}"]
+                problems = [f"key 'acts_on' is '{term.acts_on}'; expected {expected}"]
             else:
-                problems = part.problems(self)
+                problems = term.problems(self)
             messages += [f"[[part]] {k}: {message}" for message in problems]
         return messages
 
@@ -347,7 +347,7 @@ class Law:
             messages.append("missing table [rig]; expected n_planets and sensor_radius")
         elif self.kind != CARRIER and self.rig:
             messages.append(f"unknown table [rig] of kind {self.kind}; expected none")
-        is_tabulated = any(isinstance(part, Table | Surface) for part in self.parts)
+        is_tabulated = any(isinstance(term, Table | Surface) for term in self.terms)
         loads = ("torque", "ntl_y", "ntl_z")
         stated = loads if self.kind == CARRIER else ("deflection",)
         expected = () if is_tabulated else stated

@@ -79,8 +79,8 @@ def fault_answers(
         try:
             faulty = fault.change(clean, np.random.default_rng([seed, number]))
             examination = examined(faulty, curves)
-            left, _ = _squares(examination)
-            floors = float(np.sqrt(max(left - before, 0.0) / floor))
+            residual_square, _ = _squares(examination)
+            floors = float(np.sqrt(max(residual_square - before, 0.0) / floor))
             if floors < _FLOORS:
                 yield Outcome(fault.name, fault.size, SMALL, (f"{floors:.1f} floors",))
                 continue
@@ -98,8 +98,8 @@ def fault_answers(
 def _squares(examination: ExaminedCampaign) -> tuple[float, float]:
     """Mean square that the fitted baseline leaves, and that of the noise."""
     problem = examination.problem
-    left = mean_square_left(problem, fit_effects(problem, ()))
-    return left, float(problem.noise_square.sum() / problem.cell_counts.sum())
+    residual_square = mean_square_left(problem, fit_effects(problem, ()))
+    return residual_square, float(problem.noise_square.sum() / problem.cell_counts.sum())
 
 
 def _named(diagnosis: Diagnosis) -> set[str]:

@@ -37,7 +37,7 @@ _SETTLED = 0.15
 #: Change of a channel's force over the largest that ends the iteration, and iterations at most.
 _CONVERGED, _MOST_ITERATIONS = 1e-9, 40
 #: Every how many steps a state is kept.
-_KEPT = 8
+_STORED_EVERY = 8
 #: Steps of an iteration after which they are halved: it goes to and fro between contacts.
 _HALVED_FROM = 12
 
@@ -104,7 +104,7 @@ def record_in_time(model: StageModel, load: SteadyLoad, step: float, turns: floa
     unit, row = np.eye(len(W)), Phi[0]
     before = lambda_
     n_steps = int(turns * 2.0 * np.pi / (model.speed * h))
-    kept, times = [], []
+    states, times = [], []
     for number in range(n_steps):
         angle = float(row @ (q + h * v))
         right = outer(angle) + 4.0 / h**2 * q + 4.0 / h * v + a + D @ (2.0 / h * q + v)
@@ -123,10 +123,10 @@ def record_in_time(model: StageModel, load: SteadyLoad, step: float, turns: floa
         v_after = 2.0 / h * (after - q) - v
         a = 4.0 / h**2 * (after - q) - 4.0 / h * v - a
         q, v = after, v_after
-        if number % _KEPT == _KEPT - 1:
-            kept.append(Phi @ q)
+        if number % _STORED_EVERY == _STORED_EVERY - 1:
+            states.append(Phi @ q)
             times.append((number + 1) * h)
-    C, m = np.array(kept), len(kept)
+    C, m = np.array(states), len(states)
     drive = np.tile([load.torque, wanted, load.ntl_y, load.ntl_z], (m, 1))
     return StageRecord(np.array(times), C, np.zeros_like(C), drive, np.zeros((m, 6)))
 

@@ -55,7 +55,7 @@ _PIN = 10e-6
 _ANGLES, _HIGHEST_ORDER = 24, 7
 #: Laws of the library that a tilt by the radial load has in the stage.
 LOAD_TILT = ("ntl_tilt", "bearing_clearance", "clearance_rocking")
-BELOW, RIGHT, BESIDE, OTHER, NONE = (
+BELOW, RIGHT, RIGHT_AMONG_OTHERS, OTHER, NONE = (
     "gap below two floors",
     "tilt by the radial load, alone or tied",
     "the same, with others",
@@ -87,7 +87,7 @@ class HeldSun:
 
     @property
     def outcome(self) -> str:
-        """One of `BELOW`, `RIGHT`, `BESIDE`, `OTHER` and `NONE`."""
+        """One of `BELOW`, `RIGHT`, `RIGHT_AMONG_OTHERS`, `OTHER` and `NONE`."""
         if self.gap < VISIBLE:
             return BELOW
         if not self.named:
@@ -95,7 +95,7 @@ class HeldSun:
         of_load = [name for name in self.named if _is_load_tilt(name)]
         if len(of_load) == len(self.named):
             return RIGHT
-        return BESIDE if of_load or any(map(_is_load_tilt, self.ties)) else OTHER
+        return RIGHT_AMONG_OTHERS if of_load or any(map(_is_load_tilt, self.ties)) else OTHER
 
 
 def _is_load_tilt(name: str) -> bool:
@@ -113,7 +113,7 @@ def drawn_data(rng: np.random.Generator) -> tuple[StageData, StageData, StageEff
     upwind, downwind = PUBLISHED_CLEARANCE
     floating = BearingData(upwind_clearance=share * upwind, downwind_clearance=share * downwind)
     low, high = np.log(QUILL)
-    held = replace(
+    restrained = replace(
         floating,
         sun_radial=float(np.exp(rng.uniform(low, high))),
         sun_friction=rng.uniform(*FRICTION),
@@ -124,7 +124,7 @@ def drawn_data(rng: np.random.Generator) -> tuple[StageData, StageData, StageEff
         axial_stiffness=hidden("mounting_axial"),
         tilt_stiffness=hidden("mounting_tilt"),
     )
-    data = StageData(mesh=MeshData(n_slices=2), bearings=held, mounting=mounting)
+    data = StageData(mesh=MeshData(n_slices=2), bearings=restrained, mounting=mounting)
     pins = StageEffects(pin_offset=tuple(rng.uniform(-_PIN, _PIN, 3).tolist()))
     return data, replace(data, bearings=floating), pins
 
@@ -162,9 +162,9 @@ def held_sun_campaign(
     """
     rng = np.random.default_rng([seed, number])
     while True:
-        held, floating, pins = drawn_data(rng)
+        restrained, floating, pins = drawn_data(rng)
         try:
-            true, predicted = series(body, held, pins), series(body, floating, pins)
+            true, predicted = series(body, restrained, pins), series(body, floating, pins)
             break
         except NotConvergedError:
             continue
@@ -203,7 +203,7 @@ def held_sun_table(rows: Sequence[HeldSun]) -> list[str]:
         "|---|---|",
         f"| two floors and more | {len(shown)} |",
     ]
-    for outcome in (RIGHT, BESIDE, OTHER, NONE):
+    for outcome in (RIGHT, RIGHT_AMONG_OTHERS, OTHER, NONE):
         of = [row for row in shown if row.outcome == outcome]
         lines.append(f"| {outcome} | {len(of)} |")
     lines += ["", "| answer | verdict | campaigns |", "|---|---|---|"]

@@ -64,11 +64,17 @@ def comparison_table(
     """Table of both codes' orders [um per kN m] by size, their limits and the difference."""
     pins = ("none", "bonded", *(f"{fit:.0e} N m/rad" for fit in FITS))
     names = [f"{pin}, order {order}" for order in _COMPARED for pin in pins]
-    heads = [f"{code} {size:g} m" for code, own in zip(_CODES, sizes, strict=True) for size in own]
+    heads = [
+        f"{code} {size:g} m"
+        for code, code_sizes in zip(_CODES, sizes, strict=True)
+        for size in code_sizes
+    ]
     columns = ["pins", *heads, *(f"{code}, limit" for code in _CODES), "difference [%]"]
     lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
-    by_code = [1e6 * own.reshape(len(own), -1) for own in orders]
-    limits = [mesh_limit(own, values) for own, values in zip(sizes, by_code, strict=True)]
+    by_code = [1e6 * amplitudes.reshape(len(amplitudes), -1) for amplitudes in orders]
+    limits = [
+        mesh_limit(code_sizes, values) for code_sizes, values in zip(sizes, by_code, strict=True)
+    ]
     for k, name in enumerate(names):
         cells = [f"{row[k]:.4f}" for values in by_code for row in values]
         cells += [f"{limit[k]:.4f} ± {error[k]:.4f}" for limit, error in limits]

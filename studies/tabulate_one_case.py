@@ -127,8 +127,8 @@ def one_case(compare: Comparison, limit: float) -> OneCase:
     values = values_of(min(fits, key=lambda fit: fit.cost).x)
     supports = _supports(values)
     numbers = compare.numbers(Hypothesis("case", {}, supports), values)[: _SEVEN + 1]
-    place = float(np.clip(supports.pin_offset, -LIMITS[0], LIMITS[0]))
-    tight = replace(supports, clearance=0.0, pin_offset=place)
+    offset = float(np.clip(supports.pin_offset, -LIMITS[0], LIMITS[0]))
+    tight = replace(supports, clearance=0.0, pin_offset=offset)
     return OneCase(
         limit, values, numbers, _predicted(compare, supports), _predicted(compare, tight)
     )

@@ -142,7 +142,7 @@ def loads_row(truth: Bodies, bodies: Bodies, draws: int, rng: np.random.Generato
         forward, readings, R, n_draws=draws, rng=rng, executor=SerialExecutor()
     )
     true = turns[1].pins[:, :, :: _ANGLES // estimate.pins.shape[-1]]
-    held = np.abs(estimate.pins - true) <= estimate.half_width
+    covered = np.abs(estimate.pins - true) <= estimate.half_width
     gap = estimate.load - hidden
     return LoadsRow(
         torque=float(hidden[0]),
@@ -155,11 +155,11 @@ def loads_row(truth: Bodies, bodies: Bodies, draws: int, rng: np.random.Generato
         moment_z_error=float(gap[2]),
         moment_z_half=float(estimate.load_half_width[2]),
         moment_bound=NORMAL_95 * bound.moment_stds[0],
-        pins_held=float(held[:, 0].mean()),
+        pins_held=float(covered[:, 0].mean()),
         pins_half=float(estimate.half_width[:, 0].mean()),
         pins_bound=NORMAL_95 * bound.pin_stds[0] * float(true[:, 0].mean()),
         pin_load=float(true[:, 0].mean()),
-        moments_held=float(held[:, 2:].mean()),
+        moments_held=float(covered[:, 2:].mean()),
         misfit=estimate.misfit,
     )
 
@@ -188,10 +188,10 @@ def loads_table(rows: list[LoadsRow], size: float, truth_size: float) -> list[st
     def median(values: NDArray[np.float64]) -> str:
         return f"{float(np.median(values)):.3g}"
 
-    def part(values: NDArray[np.float64]) -> str:
+    def percentage(values: NDArray[np.float64]) -> str:
         return f"{100.0 * float(np.median(values)):.1f} %"
 
-    held = {
+    coverage = {
         name: share(np.abs(of[f"{name}_error"]) <= of[f"{name}_half"])
         for name in ("torque", "moment_y", "moment_z")
     }
@@ -199,15 +199,15 @@ def loads_table(rows: list[LoadsRow], size: float, truth_size: float) -> list[st
     figures = {
         "95 % intervals of the pins' tangential forces hold": share(of["pins_held"]),
         "those of their tilting moments": share(of["moments_held"]),
-        "those of torque, M_y, M_z": ", ".join(held.values()),
-        "median half width over a pin's load": part(of["pins_half"] / pin),
-        "the same of the bound": part(of["pins_bound"] / pin),
+        "those of torque, M_y, M_z": ", ".join(coverage.values()),
+        "median half width over a pin's load": percentage(of["pins_half"] / pin),
+        "the same of the bound": percentage(of["pins_bound"] / pin),
         "median half width over the bound": median(of["pins_half"] / of["pins_bound"]),
         "the same, torque": median(of["torque_half"] / of["torque_bound"]),
         "the same, mean of M_y and M_z": median(
             0.5 * (of["moment_y_half"] + of["moment_z_half"]) / of["moment_bound"]
         ),
-        "median error of the torque": part(error / torque),
+        "median error of the torque": percentage(error / torque),
         "torque within 3 % of the nominal one": share(error <= 0.03 * NOMINAL),
         "torque within 3 % of itself": share(error <= 0.03 * torque),
         "the same, above half of the nominal one": share((error <= 0.03 * torque)[above]),

@@ -136,15 +136,15 @@ def class_of(name: str) -> str:
 
 def drawn_pair(truth: str, rng: np.random.Generator) -> tuple[_Data, _Data]:
     """Data and effects of the case, and of the stage behind the records."""
-    held, floating, pins = drawn_data(rng)
+    restrained, floating, pins = drawn_data(rng)
     # A spline that rubs moves on in time where the carrier floats in its clearances.
-    quill = replace(held.bearings, sun_friction=0.0, sun_clearance=0.0)
-    held = replace(held, bearings=quill)
+    quill = replace(restrained.bearings, sun_friction=0.0, sun_clearance=0.0)
+    restrained = replace(restrained, bearings=quill)
     case = floating, pins
     if truth == NOTHING:
         return case, case
     if truth == "sun_restraint":
-        return case, (held, pins)
+        return case, (restrained, pins)
     if truth == "joint_tilt":
         angle = float(rng.uniform(0.0, 2.0 * np.pi))
         tilted = replace(pins, phi_PLC=float(rng.uniform(*_TILT)), theta_PLC=angle)
@@ -152,7 +152,7 @@ def drawn_pair(truth: str, rng: np.random.Generator) -> tuple[_Data, _Data]:
     if truth == "pin_places":
         # A floating sun shares the load wherever the pins stand.
         moved = tuple(PIN_OFFSET.at(rng.random()) for _ in pins.pin_offset)
-        return (held, pins), (held, replace(pins, pin_offset=moved))
+        return (restrained, pins), (restrained, replace(pins, pin_offset=moved))
     if truth == "carrier_clearance":
         side = str(rng.choice(("upwind_clearance", "downwind_clearance")))
         factor = float(rng.choice((1.0 / _LEAST_RATIO, _LEAST_RATIO)) * rng.uniform(0.75, 1.0))

@@ -33,26 +33,26 @@ class Entry(NamedTuple):
 
 def entries() -> list[Entry]:
     """Scripts of the gallery by name."""
-    found = []
+    gallery = []
     for path in sorted(SCRIPTS.glob("*.py")):
         docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
         title, _, rest = docstring.partition("\n")
         command, _, kind = rest.strip().removeprefix("Command: ").partition(", ")
-        found.append(Entry(path, title.rstrip("."), command, kind))
-    return found
+        gallery.append(Entry(path, title.rstrip("."), command, kind))
+    return gallery
 
 
 def page() -> str:
     """The page of the gallery."""
-    parts = [_HEAD]
+    sections = [_HEAD]
     for entry in entries():
         name = entry.path.stem
-        parts.append(
+        sections.append(
             f"## {entry.title}\n\n"
             f"[![{name}](pictures/gallery/{name}.png)](gallery/{name}.py)\n\n"
             f"`carrierflex {entry.command}`, {entry.kind}\n"
         )
-    return "\n".join(parts)
+    return "\n".join(sections)
 
 
 def main(names: list[str]) -> None:

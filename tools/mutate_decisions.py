@@ -127,36 +127,40 @@ def mutants(module: str) -> Iterator[Mutant]:
             continue
         for changed in _changes(node):
             before = ast.unparse(node)
-            kept = copy.copy(node.__dict__)
+            original = copy.copy(node.__dict__)
             node.__dict__.update(changed)
-            yield Mutant(module, kept["lineno"], before, ast.unparse(node), ast.unparse(tree))
-            node.__dict__.update(kept)
+            yield Mutant(module, original["lineno"], before, ast.unparse(node), ast.unparse(tree))
+            node.__dict__.update(original)
 
 
 def _parts_and_docstrings(tree: ast.Module) -> set[int]:
     """Literals that are no text of their own: parts of a formatted one, and docstrings."""
     nodes = list(ast.walk(tree))
-    parts = [part for own in nodes if isinstance(own, ast.JoinedStr) for part in own.values]
-    return {id(own.value) for own in nodes if isinstance(own, ast.Expr)} | set(map(id, parts))
+    literals = [
+        literal for node in nodes if isinstance(node, ast.JoinedStr) for literal in node.values
+    ]
+    return {id(node.value) for node in nodes if isinstance(node, ast.Expr)} | set(map(id, literals))
 
 
 def _is_text(node: ast.AST) -> bool:
     """Whether an expression is a sentence or a part of one, as against an id or a format."""
-    parts = node.values if isinstance(node, ast.JoinedStr) else [node]
-    values = [part.value for part in parts if isinstance(part, ast.Constant)]
+    literals = node.values if isinstance(node, ast.JoinedStr) else [node]
+    values = [literal.value for literal in literals if isinstance(literal, ast.Constant)]
     return any(isinstance(value, str) and " " in value for value in values)
 
 
 def _changes(node: ast.AST) -> Iterator[dict[str, object]]:
     """Members of a node that make a mutant of it."""
     if isinstance(node, ast.Compare):
-        for place, operator in enumerate(node.ops):
-            ends = (node.left, *node.comparators)[place : place + 2]
-            counts = any(isinstance(own, ast.Constant) and type(own.value) is int for own in ends)
+        for position, operator in enumerate(node.ops):
+            ends = (node.left, *node.comparators)[position : position + 2]
+            counts = any(
+                isinstance(operand, ast.Constant) and type(operand.value) is int for operand in ends
+            )
             for table in (_TURNED, _MOVED) if counts else (_TURNED,):
                 if type(operator) in table:
                     ops = list(node.ops)
-                    ops[place] = table[type(operator)]()
+                    ops[position] = table[type(operator)]()
                     yield {"ops": ops}
     elif isinstance(node, ast.BoolOp):
         yield {"op": ast.Or() if isinstance(node.op, ast.And) else ast.And()}
@@ -214,14 +218,14 @@ def linked_packages(folder: Path) -> None:
     top = folder / "carrierflex"
     top.mkdir()
     changed = {Path(module).parts[0] for module in TESTS}
-    for own in (ROOT / "carrierflex").iterdir():
-        if own.name == "__pycache__":
+    for package in (ROOT / "carrierflex").iterdir():
+        if package.name == "__pycache__":
             continue
-        if own.name in changed:
+        if package.name in changed:
             ignored = shutil.ignore_patterns("__pycache__")
-            shutil.copytree(own.resolve(), top / own.name, ignore=ignored)
+            shutil.copytree(package.resolve(), top / package.name, ignore=ignored)
         else:
-            (top / own.name).symlink_to(own.resolve())
+            (top / package.name).symlink_to(package.resolve())
 
 
 def load_unchanged(folder: Path) -> None:
@@ -238,7 +242,7 @@ def load_unchanged(folder: Path) -> None:
         source = folder / "carrierflex" / module
         Path(importlib.util.cache_from_source(source)).unlink(missing_ok=True)
     changed = {f"carrierflex.{Path(module).parts[0]}" for module in TESTS}
-    for name in [own for own in sys.modules if ".".join(own.split(".")[:2]) in changed]:
+    for name in [loaded for loaded in sys.modules if ".".join(loaded.split(".")[:2]) in changed]:
         del sys.modules[name]
 
 
@@ -253,12 +257,12 @@ def main() -> int:
         linked_packages(folder)
         load_unchanged(folder)
         for module in chosen:
-            found = list(mutants(module))
+            candidates = list(mutants(module))
             plain = Mutant(module, 0, "", "", (ROOT / module).read_text(encoding="utf-8"))
             if is_killed(plain, folder):
                 raise SystemExit(f"{module}: its tests fail without any change")
-            alive = [mutant for mutant in found if not is_killed(mutant, folder)]
-            counts[module] = (len(found), len(alive))
+            alive = [mutant for mutant in candidates if not is_killed(mutant, folder)]
+            counts[module] = (len(candidates), len(alive))
             survivors += alive
     return _printed(counts, survivors)
 
@@ -268,23 +272,29 @@ def _chosen(names: list[str]) -> Iterator[str]:
     if not names:
         yield from TESTS
     for name in names:
-        found = [module for module in TESTS if name in (module, Path(module).name)]
-        if len(found) != 1:
-            raise SystemExit(f"'{name}' names {len(found)} modules; expected one of {list(TESTS)}")
-        yield from found
+        matches = [module for module in TESTS if name in (module, Path(module).name)]
+        if len(matches) != 1:
+            raise SystemExit(
+                f"'{name}' names {len(matches)} modules; expected one of {list(TESTS)}"
+            )
+        yield from matches
 
 
 def _printed(counts: dict[str, tuple[int, int]], survivors: list[Mutant]) -> int:
     """Print both tables; 1 where a survivor is not listed as equivalent."""
     print("| module | mutants | killed | equivalent | survive |\n|---|---|---|---|---|")
-    known = [own for own in survivors if (Path(own.module).name, own.change) in EQUIVALENT]
+    known = [
+        survivor
+        for survivor in survivors
+        if (Path(survivor.module).name, survivor.change) in EQUIVALENT
+    ]
     for module, (total, alive) in counts.items():
-        listed = sum(own.module == module for own in known)
+        listed = sum(survivor.module == module for survivor in known)
         print(f"| {module} | {total} | {total - alive} | {listed} | {alive - listed} |")
     print("\n| module | line | change | why it changes nothing |\n|---|---|---|---|")
-    for own in survivors:
-        reason = EQUIVALENT.get((Path(own.module).name, own.change), "**survives**")
-        print(f"| {own.module} | {own.line} | `{own.change}` | {reason} |")
+    for survivor in survivors:
+        reason = EQUIVALENT.get((Path(survivor.module).name, survivor.change), "**survives**")
+        print(f"| {survivor.module} | {survivor.line} | `{survivor.change}` | {reason} |")
     return int(len(known) < len(survivors))
 
 

@@ -31,8 +31,8 @@ IN_PYTHON = ROOT / "carrierflex" / "__init__.py"
 def on_files(files: Files, *, config: Any) -> Files:
     """Add the pages that follow from the source."""
     pages = {"decisions/index.md": decisions_page(), "reference/tools.md": tools_page()}
-    for place, text in pages.items():
-        files.append(File.generated(config, place, content=text))
+    for page, text in pages.items():
+        files.append(File.generated(config, page, content=text))
     return files
 
 
@@ -218,12 +218,12 @@ def _first_line(tree: ast.Module) -> str:
 
 def _sources(tree: ast.Module) -> list[str]:
     """Text below "References" in the docstrings of a module, its classes and functions."""
-    found = []
+    references = []
     for node in ast.walk(tree):
         if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             continue
         below = (ast.get_docstring(node) or "").partition("References\n----------\n")[2]
         text = " ".join(below.split("\n\n")[0].split())
         if text:
-            found.append(text.replace("[", "\\[").replace("*", "\\*"))
-    return found
+            references.append(text.replace("[", "\\[").replace("*", "\\*"))
+    return references

@@ -70,8 +70,8 @@ def read_pairs(first: Path, second: Path, truth: Path) -> list[Pair]:
         if label is None or other is None:
             continue
         scored = [
-            scored_answer(label, read_answer(own, path.with_suffix("")))
-            for own, path in ((row, first), (other, second))
+            scored_answer(label, read_answer(line, path.with_suffix("")))
+            for line, path in ((row, first), (other, second))
         ]
         pairs.append(Pair(row["family"], label, *scored))
     return sorted(pairs, key=lambda pair: pair.label.case)
@@ -82,55 +82,63 @@ Outcome = Callable[[ScoredAnswer], bool | None]
 
 def _figures() -> Iterator[tuple[str, Callable[[Pair], bool], Outcome]]:
     """Name, cases that count, outcome of an answer; None where an answer has no such outcome."""
-    yield "class right", lambda pair: True, lambda own: own.is_class_right
+    yield "class right", lambda pair: True, lambda answer: answer.is_class_right
     yield "class right, gap >= 2 floors or none", lambda p: p.is_clear, lambda o: o.is_class_right
     yield (
         "class right, gap >= 2 floors, cause inside",
         lambda pair: pair.is_clear and pair.has_cause,
-        lambda own: own.is_class_right,
+        lambda answer: answer.is_class_right,
     )
     yield (
         "class right, gap < 2 floors",
         lambda pair: not pair.is_clear,
-        lambda own: own.is_class_right,
+        lambda answer: answer.is_class_right,
     )
     yield (
         "true class in the answer or a tie, gap >= 2 floors",
         lambda pair: pair.is_clear and pair.has_cause,
-        lambda own: own.outcome in ("right", "tie"),
+        lambda answer: answer.outcome in ("right", "tie"),
     )
-    yield "law right, alone or in a tie", _has_law, lambda own: own.is_law_right
+    yield "law right, alone or in a tie", _has_law, lambda answer: answer.is_law_right
     yield (
         "law right, gap >= 2 floors",
         lambda pair: _has_law(pair) and pair.is_clear,
-        lambda own: own.is_law_right,
+        lambda answer: answer.is_law_right,
     )
     yield (
         "law right, nearest laws of the classes counted",
         _has_law,
-        lambda own: bool(own.is_law_right or own.is_nearest_right),
+        lambda answer: bool(answer.is_law_right or answer.is_nearest_right),
     )
-    yield "a law named", lambda pair: True, lambda own: bool(own.laws)
-    yield "false law", lambda pair: True, lambda own: own.is_law_false
-    yield "textbook truth, another law named", _has_law, lambda own: own.is_law_other
-    yield "nothing missing: class or law named", _of(NOTHING), lambda own: not own.is_class_right
-    yield "outside: class or law named", _of(OUTSIDE), lambda own: not own.is_class_right
-    yield "tie of classes", lambda pair: True, lambda own: own.has_class_tie
-    yield "tie of laws", lambda pair: True, lambda own: own.has_law_tie
+    yield "a law named", lambda pair: True, lambda answer: bool(answer.laws)
+    yield "false law", lambda pair: True, lambda answer: answer.is_law_false
+    yield "textbook truth, another law named", _has_law, lambda answer: answer.is_law_other
+    yield (
+        "nothing missing: class or law named",
+        _of(NOTHING),
+        lambda answer: not answer.is_class_right,
+    )
+    yield "outside: class or law named", _of(OUTSIDE), lambda answer: not answer.is_class_right
+    yield "tie of classes", lambda pair: True, lambda answer: answer.has_class_tie
+    yield "tie of laws", lambda pair: True, lambda answer: answer.has_law_tie
     yield (
         "abstained or silent, gap >= 2 floors",
         lambda pair: pair.is_clear and pair.has_cause,
-        lambda own: own.outcome in ("abstained", "silent"),
+        lambda answer: answer.outcome in ("abstained", "silent"),
     )
-    yield "verdict 'at_noise_floor'", lambda pair: True, lambda own: own.says_noise
+    yield "verdict 'at_noise_floor'", lambda pair: True, lambda answer: answer.says_noise
     yield (
         "verdict 'at_noise_floor', gap >= 2 floors",
         lambda pair: pair.is_clear and pair.has_cause,
-        lambda own: own.says_noise,
+        lambda answer: answer.says_noise,
     )
-    yield "verdict 'at_noise_floor', nothing missing", _of(NOTHING), lambda own: own.says_noise
-    yield "line off the orders named", lambda pair: True, lambda own: own.names_line
-    yield "failed", lambda pair: True, lambda own: own.outcome == "error"
+    yield (
+        "verdict 'at_noise_floor', nothing missing",
+        _of(NOTHING),
+        lambda answer: answer.says_noise,
+    )
+    yield "line off the orders named", lambda pair: True, lambda answer: answer.names_line
+    yield "failed", lambda pair: True, lambda answer: answer.outcome == "error"
 
 
 def _of(family: str) -> Callable[[Pair], bool]:
@@ -158,26 +166,29 @@ def paired_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for name, counts, outcome in _figures():
-        own = [
+        hits_of_both = [
             (bool(a), bool(b))
             for pair in pairs
             if counts(pair)
             and (a := outcome(pair.first)) is not None
             and (b := outcome(pair.second)) is not None
         ]
-        if not own:
+        if not hits_of_both:
             continue
-        hits = [a for a, _ in own], [b for _, b in own]
+        hits = [a for a, _ in hits_of_both], [b for _, b in hits_of_both]
         difference, low, high = (100.0 * value for value in paired_difference(*hits))
-        only = sum(a > b for a, b in own), sum(a < b for a, b in own)
+        only = sum(a > b for a, b in hits_of_both), sum(a < b for a, b in hits_of_both)
         lines.append(
-            f"| {name} | {len(own)} | {_share(hits[0])} | {_share(hits[1])} | {only[0]} "
+            f"| {name} | {len(hits_of_both)} | {_share(hits[0])} | {_share(hits[1])} | {only[0]} "
             f"| {only[1]} | {difference:+.1f} ({low:+.1f} to {high:+.1f}) |"
         )
     both = [pair.first for pair in pairs], [pair.second for pair in pairs]
     for name, chosen in (
-        ("rho inside its interval", lambda own: () if own.rho_hit is None else (own.rho_hit,)),
-        ("parameters inside their interval", lambda own: own.parameter_hits),
+        (
+            "rho inside its interval",
+            lambda answer: () if answer.rho_hit is None else (answer.rho_hit,),
+        ),
+        ("parameters inside their interval", lambda answer: answer.parameter_hits),
     ):
         shares = [
             _interval_share([hit for answer in answers for hit in chosen(answer)])
@@ -215,30 +226,32 @@ def found_alone(pair: Pair) -> list[str]:
     pair : Pair
         A case; swapped, it tells what the second alone finds.
     """
-    own, other = pair.first, pair.second
-    found = []
-    if own.names_line and not other.names_line:
-        found.append("a line off the shaft's orders")
-    if len(pair.label.classes) > 1 and own.causes_found > other.causes_found:
-        found.append("a further cause")
-    if own.is_class_right and not other.is_class_right:
-        found.append(f"the class ({other.outcome} otherwise)")
-    if own.is_law_right and not other.is_law_right:
-        if other.has_class_tie or other.has_law_tie:
-            found.append("the law, other tied")
-        elif other.laws:
-            found.append("the law, other names another")
-        elif other.outcome in ("abstained", "silent"):
-            found.append("the law, other without a class")
+    first, second = pair.first, pair.second
+    findings = []
+    if first.names_line and not second.names_line:
+        findings.append("a line off the shaft's orders")
+    if len(pair.label.classes) > 1 and first.causes_found > second.causes_found:
+        findings.append("a further cause")
+    if first.is_class_right and not second.is_class_right:
+        findings.append(f"the class ({second.outcome} otherwise)")
+    if first.is_law_right and not second.is_law_right:
+        if second.has_class_tie or second.has_law_tie:
+            findings.append("the law, other tied")
+        elif second.laws:
+            findings.append("the law, other names another")
+        elif second.outcome in ("abstained", "silent"):
+            findings.append("the law, other without a class")
         else:
-            nearest = "right" if other.is_nearest_right else "not right"
-            found.append(f"the law, other names its class (nearest law {nearest})")
-    if other.is_law_false and not own.is_law_false:
-        found.append("no false law")
-    if own.says_noise and not other.says_noise:
+            nearest = "right" if second.is_nearest_right else "not right"
+            findings.append(f"the law, other names its class (nearest law {nearest})")
+    if second.is_law_false and not first.is_law_false:
+        findings.append("no false law")
+    if first.says_noise and not second.says_noise:
         truth = "nothing missing" if not pair.has_cause else "a cause"
-        found.append(f"'noise' where there is {pair.label.family if truth != 'a cause' else truth}")
-    return found
+        findings.append(
+            f"'noise' where there is {pair.label.family if truth != 'a cause' else truth}"
+        )
+    return findings
 
 
 def found_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
@@ -254,8 +267,8 @@ def found_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
     counts: Counter[tuple[str, str, str]] = Counter()
     for pair in pairs:
         swapped = Pair(pair.family, pair.label, pair.second, pair.first)
-        for name, own in zip(names, (pair, swapped), strict=True):
-            for what in found_alone(own):
+        for name, ordered in zip(names, (pair, swapped), strict=True):
+            for what in found_alone(ordered):
                 counts[(name, what, pair.family)] += 1
     lines = ["| found by | what | cases | by family |", "|---|---|---|---|"]
     for name, what in dict.fromkeys((name, what) for name, what, _ in sorted(counts)):
@@ -287,8 +300,9 @@ def differing_cases(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
     ]
     for pair in pairs:
         both = pair.first, pair.second
-        if len({(own.answer, own.laws, own.says_noise, own.names_line) for own in both}) > 1:
-            texts = [_words(own) for own in both]
+        distinct = {(one.answer, one.laws, one.says_noise, one.names_line) for one in both}
+        if len(distinct) > 1:
+            texts = [_words(answer) for answer in both]
             label = pair.label
             truth = " + ".join(label.effects) or label.family
             lines.append(
@@ -298,10 +312,10 @@ def differing_cases(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
     return "\n".join(lines)
 
 
-def _words(own: ScoredAnswer) -> str:
-    laws = " + ".join(own.laws) or "no law"
-    line = "; a line off the orders" if own.names_line else ""
-    return f"{own.outcome}: {own.answer}{line}; {laws}; {own.verdict}"
+def _words(answer: ScoredAnswer) -> str:
+    laws = " + ".join(answer.laws) or "no law"
+    line = "; a line off the orders" if answer.names_line else ""
+    return f"{answer.outcome}: {answer.answer}{line}; {laws}; {answer.verdict}"
 
 
 def measured_table(first: Path, second: Path, names: tuple[str, str]) -> str:
@@ -313,8 +327,8 @@ def measured_table(first: Path, second: Path, names: tuple[str, str]) -> str:
         if other is None:
             continue
         cells = [
-            _record_words(own, path.with_suffix("") / own["case"])
-            for own, path in ((row, first), (other, second))
+            _record_words(line, path.with_suffix("") / line["case"])
+            for line, path in ((row, first), (other, second))
         ]
         seconds = f"{row['seconds']:.2f}, {other['seconds']:.2f}"
         lines.append(f"| {row['case']} | {cells[0]} | {cells[1]} | {seconds} |")
@@ -326,9 +340,9 @@ def _record_words(row: dict[str, Any], folder: Path) -> str:
         return f"error: {row['error']}"
     document = read_diagnosis(folder / DIAGNOSIS_FILE)
     classes = [
-        f"`{own['id']}` {own['share']:.3f}"
-        + (f", {own['law']} {own['law_share']:.3f}" if own["law"] else "")
-        for own in document["classes"] or ()
+        f"`{named['id']}` {named['share']:.3f}"
+        + (f", {named['law']} {named['law_share']:.3f}" if named["law"] else "")
+        for named in document["classes"] or ()
     ]
     ties = [" + ".join(ids) for ids in document["class_ties"] or ()]
     words = [
@@ -371,8 +385,8 @@ def write_case_lines(pairs: Sequence[Pair], path: Path, names: tuple[str, str]) 
             row: list[Any] = [label.case, label.kind, pair.family, label.drive]
             row += [f"{label.gap_over_floor:.3g}", " + ".join(label.effects)]
             row += [" + ".join(label.classes), " + ".join(textbook_laws(label))]
-            for own in (pair.first, pair.second):
-                row += [_cell(getattr(own, field)) for field in fields]
+            for answer in (pair.first, pair.second):
+                row += [_cell(getattr(answer, field)) for field in fields]
             writer.writerow(row)
 
 
@@ -403,12 +417,12 @@ def report(pairs: Sequence[Pair], names: tuple[str, str], *, is_long: bool) -> s
     """
     texts = ["## All kinds", paired_table(pairs, names)]
     for kind in KINDS:
-        own = [pair for pair in pairs if pair.label.kind == kind]
-        if not own:
+        of_kind = [pair for pair in pairs if pair.label.kind == kind]
+        if not of_kind:
             continue
-        texts += [f"## Kind {kind}: {len(own)} cases", paired_table(own, names)]
-        texts += [found_table(own, names), verdict_table(own, names)]
-        texts.append(_family_table(own, names))
+        texts += [f"## Kind {kind}: {len(of_kind)} cases", paired_table(of_kind, names)]
+        texts += [found_table(of_kind, names), verdict_table(of_kind, names)]
+        texts.append(_family_table(of_kind, names))
     if is_long:
         texts += ["## Cases that differ", differing_cases(pairs, names)]
     return "\n\n".join(texts) + "\n"
@@ -421,19 +435,20 @@ def _family_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
         "|---" * 10 + "|",
     ]
     for family in dict.fromkeys(pair.family for pair in pairs):
-        own = [pair for pair in pairs if pair.family == family]
-        cells = [f"{family}", f"{len(own)}"]
-        cells += [str(sum(answer.is_class_right for answer in side)) for side in _sides(own)]
-        of_laws = [pair for pair in own if _has_law(pair)]
+        of_family = [pair for pair in pairs if pair.family == family]
+        cells = [f"{family}", f"{len(of_family)}"]
+        cells += [str(sum(answer.is_class_right for answer in side)) for side in _sides(of_family)]
+        of_laws = [pair for pair in of_family if _has_law(pair)]
         cells += [
             f"{sum(bool(answer.is_law_right) for answer in side)} of {len(of_laws)}"
             if of_laws
             else "-"
             for side in _sides(of_laws)
         ]
-        cells += [str(sum(answer.is_law_false for answer in side)) for side in _sides(own)]
+        cells += [str(sum(answer.is_law_false for answer in side)) for side in _sides(of_family)]
         cells += [
-            f"{statistics.median(answer.seconds for answer in side):.2f}" for side in _sides(own)
+            f"{statistics.median(answer.seconds for answer in side):.2f}"
+            for side in _sides(of_family)
         ]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)

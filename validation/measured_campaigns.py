@@ -65,7 +65,7 @@ def convert_sloshing(folder: Path, *, out: Path) -> Path:
     """Campaign of the sloshing liquid: free decays of its centre of mass."""
     runs = []
     for k, row in enumerate(loadmat(folder / "xData.mat")["xData"]):
-        time, motion = (np.asarray(own, dtype=np.float64).ravel() for own in row)
+        time, motion = (np.asarray(column, dtype=np.float64).ravel() for column in row)
         step = float(np.median(np.diff(time)))
         runs.append(_decay(f"decay{k + 1}", 1e-2 * motion, step))
     return _written(
@@ -90,8 +90,10 @@ def _cyclic(out: Path, name: str, displacement: FloatArray, force: FloatArray) -
     pieces = zip(np.array_split(displacement, _PIECES), np.array_split(force, _PIECES), strict=True)
     for k, (moved, pushed) in enumerate(pieces):
         time = np.arange(float(moved.size))
-        own = f"piece{k + 1}"
-        runs.append(Run(own, f"{own}.csv", own, time, {"displacement": moved}, {"force": pushed}))
+        piece = f"piece{k + 1}"
+        runs.append(
+            Run(piece, f"{piece}.csv", piece, time, {"displacement": moved}, {"force": pushed})
+        )
     return _written(out, name, {"drive": "displacement"}, Channel("force", "force", "N"), runs)
 
 

@@ -133,10 +133,10 @@ def with_classes(label: Label) -> Label:
     if label.classes or label.kind == "element" or label.family in (NOTHING, OUTSIDE):
         return label
     table = CLASSES_OF_LAW[label.kind]
-    own, *others = (
+    first, *others = (
         tuple(sorted({table[law][0] for law in laws})) for laws in product(*label.acceptable)
     )
-    return replace(label, classes=own, class_aliases=tuple(sorted(set(others) - {own})))
+    return replace(label, classes=first, class_aliases=tuple(sorted(set(others) - {first})))
 
 
 def textbook_laws(label: Label) -> tuple[str, ...]:
@@ -214,12 +214,17 @@ def _judged(label: Label, verdict: Verdict) -> ClassJudged:
     sets = (label.classes, *label.class_aliases)
     others = [
         judge_by_class(
-            replace(label, classes=own, class_aliases=tuple(ids for ids in sets if ids != own)),
+            replace(
+                label, classes=classes, class_aliases=tuple(ids for ids in sets if ids != classes)
+            ),
             verdict,
         )
-        for own in label.class_aliases
+        for classes in label.class_aliases
     ]
-    best = min((judged, *others), key=lambda own: (own.outcome != RIGHT, own.outcome != TIE))
+    best = min(
+        (judged, *others),
+        key=lambda judgement: (judgement.outcome != RIGHT, judgement.outcome != TIE),
+    )
     return replace(best, label=label)
 
 
@@ -242,8 +247,8 @@ def _with_classes_of_laws(verdict: Verdict) -> Verdict:
     document = verdict.document
     if document.get("classes") or not document.get("effects"):
         return verdict
-    kept = {key: value for key, value in document.items() if key != "classes"}
-    return Verdict(kept, verdict.seconds)
+    remaining = {key: value for key, value in document.items() if key != "classes"}
+    return Verdict(remaining, verdict.seconds)
 
 
 def _names_laws(label: Label, verdict: Verdict, laws: Sequence[str]) -> bool:
@@ -294,7 +299,9 @@ def _interval_hits(
     if not is_scored:
         return rho, ()
     parameters = {
-        effect: {name: value for name, own in values.items() if (value := _named(own)) is not None}
+        effect: {
+            name: value for name, entry in values.items() if (value := _named(entry)) is not None
+        }
         for effect, values in document["parameters"].items()
     }
     hits = covered_values(label, parameters, interval)

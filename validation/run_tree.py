@@ -136,8 +136,8 @@ def _environment(tree: Path, links: Path) -> dict[str, str]:
     variables = dict.fromkeys(
         ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
     )
-    found = os.pathsep.join([str(root), str(tree)])
-    return os.environ | variables | {"PYTHONPATH": found}
+    search_path = os.pathsep.join([str(root), str(tree)])
+    return os.environ | variables | {"PYTHONPATH": search_path}
 
 
 def _worker(tree: Path) -> None:

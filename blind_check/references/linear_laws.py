@@ -91,12 +91,12 @@ def _laws(table: GramTable, gram: FloatArray) -> dict[str, _Law]:
     """Every law of the library at the shape that alone leaves least."""
     laws = {}
     for name, law in table.library.items():
-        best = min(law.variants, key=lambda columns: _left(gram, columns.tolist()))
+        best = min(law.variants, key=lambda columns: _residual_square(gram, columns.tolist()))
         laws[name] = _Law(tuple(best.tolist()), best.size + (len(law.variants) > 1))
     return laws
 
 
-def _left(gram: FloatArray, columns: Sequence[int]) -> float:
+def _residual_square(gram: FloatArray, columns: Sequence[int]) -> float:
     """Sum of squares that a fit of some columns leaves of the target."""
     index = list(columns)
     return float(gram[0, 0] - gram[0, index] @ _fit(gram, index))
@@ -110,7 +110,7 @@ def _fit(gram: FloatArray, columns: Sequence[int]) -> FloatArray:
 
 def _bic(gram: FloatArray, laws: Sequence[_Law], n_samples: float) -> float:
     columns = [column for law in laws for column in law.columns]
-    remaining = max(_left(gram, columns), _ROUNDING * gram[0, 0])
+    remaining = max(_residual_square(gram, columns), _ROUNDING * gram[0, 0])
     n_unknowns = sum(law.n_unknowns for law in laws)
     return float(n_samples * np.log(remaining / n_samples) + n_unknowns * np.log(n_samples))
 

@@ -49,7 +49,7 @@ CLASS_KINDS = ("element",)
 #: A class whose records do not tell what it follows.
 UNDETERMINED = "undetermined"
 #: Parts of a class's id that are frame, pattern and what it follows.
-_PARTS = 3
+_N_ID_FIELDS = 3
 
 OUTCOMES = ("right", "tie", "wrong", "abstained", "silent", "error")
 RIGHT, TIE, WRONG, ABSTAINED, SILENT, FAILED = OUTCOMES
@@ -113,7 +113,7 @@ class ClassJudged:
         """
         is_determined = not any(name.endswith(f"/{UNDETERMINED}") for name in self.answer)
         is_asked = self.has_class and all(
-            name.count("/") + 1 == _PARTS for name in self.label.classes
+            name.count("/") + 1 == _N_ID_FIELDS for name in self.label.classes
         )
         if self.outcome != RIGHT or not is_asked or not is_determined:
             return None
@@ -205,7 +205,9 @@ def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:
     if label.kind in CLASS_KINDS:
         return tuple(ids)
     real = {name for effect in label.present for name in CLASSES_OF_LAW[label.kind][effect]}
-    shapes = {name.rpartition("/")[0] if name.count("/") + 1 == _PARTS else name for name in ids}
+    shapes = {
+        name.rpartition("/")[0] if name.count("/") + 1 == _N_ID_FIELDS else name for name in ids
+    }
     return _sorted(shapes - real)
 
 

@@ -13,13 +13,13 @@ class BlindCheck:
     """Score of a blind check and the digest of its seals.
 
     `score` of the kinds judged by effect, `class_score` of those judged by class; None where the
-    check holds none. `beside`: scores of other answers to the same seals, by name.
+    check holds none. `reference_checks`: scores of other answers to the same seals, by name.
     """
 
     score: Score | None
     class_score: ClassScore | None
     digest: str
-    beside: "Mapping[str, BlindCheck]" = field(default_factory=dict)
+    reference_checks: "Mapping[str, BlindCheck]" = field(default_factory=dict)
 
     @property
     def met(self) -> bool:

@@ -166,11 +166,11 @@ Case = TypeVar("Case", Judged, ClassJudged)
 
 def by_noise(cases: Sequence[Case]) -> list[tuple[str, list[Case]]]:
     """Cases that declare their noise and those that do not, each with the head of its figures."""
-    parts = (
+    groups = (
         (head, [case for case in cases if case.label.declares_noise is declared])
         for head, declared in (("", True), (UNDECLARED_NOISE, False))
     )
-    return [(head, group) for head, group in parts if group]
+    return [(head, group) for head, group in groups if group]
 
 
 def named_after(head: str, figures: Iterable[Figure]) -> list[Figure]:

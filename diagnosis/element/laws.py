@@ -111,7 +111,7 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
     Force for unit amplitude; by the sizes over all runs, shapes are the same in each.
     """
     if _has_memory(law, model.measured):
-        parts = model.measured[law].parts
+        parts = model.measured[law].memory
         force = _memory_force(parts, run)
         table = model.measured[law].force
         if table is not None:

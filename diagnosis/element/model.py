@@ -278,7 +278,7 @@ class ElementModel(ModelInTime):
                 states.setdefault(parameter.run, []).append(float(value))
                 continue
             if effect in self.measured:
-                sizes.append((self.measured[effect].parts, float(value)))
+                sizes.append((self.measured[effect].memory, float(value)))
                 law = self.measured[effect].of_size(float(value))
                 if law is not None:
                     laws.append(law)
@@ -310,7 +310,7 @@ class ElementModel(ModelInTime):
         sizes: list[tuple[MemoryParts, float]] = []
         if effect in self.measured:
             size = next(iter(values.values()))
-            sizes.append((self.measured[effect].parts, size))
+            sizes.append((self.measured[effect].memory, size))
             law = self.measured[effect].of_size(size)
             simulated |= self._friction_of(effect, size)
         elif effect in self.laws:

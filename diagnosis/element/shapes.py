@@ -57,7 +57,7 @@ from carrierflex.diagnosis.element.table import ElementTable
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
-from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_parts
+from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_terms
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -70,7 +70,7 @@ from carrierflex.simulation.laws import (
     WITH_MEMORY,
     Friction,
     Law,
-    Part,
+    LawTerm,
     Surface,
     Table,
 )
@@ -200,7 +200,7 @@ def _law(
 ) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
     if name in TABULATED:
-        parts: list[Part] = [Table(ELEMENT, shape.x, shape.smooth)]
+        parts: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
             parts += _friction_parts(table.bases.size, shape.steps, weights)
         return Law("", ELEMENT, name, units, tuple(parts))
@@ -208,19 +208,19 @@ def _law(
         return None
     size = table.bases.size
     rows = _rows_with_memory(table, name, weights)
-    return Law("", ELEMENT, name, units, law_parts(rows), {"deflection": (size.low, size.high)})
+    return Law("", ELEMENT, name, units, law_terms(rows), {"deflection": (size.low, size.high)})
 
 
 def _friction_parts(
     size: MotionSize, steps: tuple[float, float], weights: FloatArray
-) -> Sequence[Part]:
+) -> Sequence[LawTerm]:
     """Dry friction whose steps at rest are those of the curve, its bristles as stops."""
     slips = np.maximum(weights[-size.presliding.size :], 0.0)
     turning = min(float(slips.sum()), *steps)
-    parts: list[Part] = []
+    parts: list[LawTerm] = []
     if turning > 0.0:
         bristles = _stops_of_bristles(size.presliding, slips * turning / slips.sum())
-        parts += law_parts(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
+        parts += law_terms(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
     plus, minus = (step - turning for step in steps)
     return [*parts, Friction(ELEMENT, plus, minus)] if plus or minus else parts
 
@@ -417,7 +417,7 @@ def _surface_law(
     bristles = _stops_of_bristles(size.presliding, slips)
     turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
     friction = np.column_stack([grid.x, levels])
-    parts = law_parts(replace(turning, levels=friction) if any(levels) else turning)
+    parts = law_terms(replace(turning, levels=friction) if any(levels) else turning)
     surface = Surface(ELEMENT, grid.x, grid.v, y)
     return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *parts))
 

@@ -58,7 +58,7 @@ from carrierflex.simulation.laws import (
     STARBOARD,
     Branch,
     Law,
-    Part,
+    LawTerm,
     Stop,
     Table,
 )
@@ -387,7 +387,7 @@ def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) ->
 
 def _tables(
     table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
-) -> tuple[tuple[Part, ...], tuple[float, float]]:
+) -> tuple[tuple[LawTerm, ...], tuple[float, float]]:
     """Tables of the law, and its largest steps at rest, which no table holds."""
     if fit.shape not in _WITH_STRAIGHT_LINE:
         return (), (0.0, 0.0)
@@ -408,9 +408,9 @@ def _tables(
     return tuple(tables), steps
 
 
-def _elements(table: MountingTable, fit: _Fit) -> tuple[Part, ...]:
+def _elements(table: MountingTable, fit: _Fit) -> tuple[LawTerm, ...]:
     """Stops or branches of the fit."""
-    elements: list[Part] = []
+    elements: list[LawTerm] = []
     for (side, act), drawn in fit.drawn.items():
         weights = drawn[0].tolist()
         if fit.shape == MEMORY:

@@ -18,7 +18,7 @@ from carrierflex.fe.matrices.stored_matrix import (
     names_of_keys,
     refuse_twice,
 )
-from carrierflex.fe.matrices.text_numbers import numbers, whole
+from carrierflex.fe.matrices.text_numbers import numbers, whole_numbers
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.nastran_decks import bulk_entries
 
@@ -98,7 +98,7 @@ def _matrix(cards: list[list[str]]) -> StoredMatrix:
             if entries[at]:
                 points += [column[1], column[2] or "0", entries[at], entries[at + 1] or "0"]
                 values.append(entries[at + 2])
-    index = whole(numbers(" ".join(points).encode("latin-1", "replace"), "grids"), "grids")
+    index = whole_numbers(numbers(" ".join(points).encode("latin-1", "replace"), "grids"), "grids")
     table = index.reshape(-1, 4)
     parsed = numbers(" ".join(map(_plain, values)).encode("latin-1", "replace"), "the entries")
     if len(parsed) != len(table):

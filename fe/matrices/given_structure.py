@@ -45,7 +45,7 @@ _TOLD_GROUNDING = 1e-9
 #: free body's stiffness.
 _NO_MASS = 1e-6
 #: Singular value of the pilots' rigid motions below which one is not held.
-_HELD = 1e-8
+_RANK_TOLERANCE = 1e-8
 _ALL_MOTIONS = 6
 #: Sizes of a part of a wind turbine's drivetrain [m], from a sensor's bracket to a frame.
 _LIKELY_SIZE = (0.02, 20.0)
@@ -251,7 +251,11 @@ def _refuse_loose_pilots(interface: _GivenInterface, free: NDArray[np.float64]) 
         return
     unit = motions / np.abs(motions).max(axis=0)
     resisted = np.concatenate([pilot.G @ unit for pilot in interface.pilots])
-    rank = int(np.linalg.matrix_rank(resisted, tol=_HELD * max(1.0, float(np.abs(resisted).max()))))
+    rank = int(
+        np.linalg.matrix_rank(
+            resisted, tol=_RANK_TOLERANCE * max(1.0, float(np.abs(resisted).max()))
+        )
+    )
     if rank < motions.shape[1]:
         raise ValueError(
             f"with all pilots fixed the body still moves freely in {motions.shape[1] - rank} ways; "
@@ -439,12 +443,15 @@ def _nodes_of(table: "PilotTable | SensorTable", nodes: NodeTable) -> NDArray[np
 
 
 def _point(
-    table: "DistributingTable | RigidTable", nodes: NodeTable, own: NDArray[np.int64], length: float
+    table: "DistributingTable | RigidTable",
+    nodes: NodeTable,
+    node_numbers: NDArray[np.int64],
+    length: float,
 ) -> NDArray[np.float64]:
     """Position of a pilot [m]: as stated, or the mean of its nodes."""
     if table.point is not None:
         return np.array(table.point) * length
-    mean = nodes.points[np.searchsorted(nodes.numbers, own)].mean(axis=0)
+    mean = nodes.points[np.searchsorted(nodes.numbers, node_numbers)].mean(axis=0)
     return np.asarray(mean * length)
 
 
@@ -505,11 +512,11 @@ def _selected(name: str, layout: DofLayout, rows: NDArray[np.int64]) -> Pilot:
 
 
 def _node_pilots(
-    table: "NodePilotsTable", layout: DofLayout, own: NDArray[np.int64]
+    table: "NodePilotsTable", layout: DofLayout, node_numbers: NDArray[np.int64]
 ) -> list[Pilot]:
     pilots = []
     wanted = [COMPONENT_NAMES.index(name) for name in table.components or COMPONENT_NAMES]
-    for node, rows in zip(own, layout.dofs_of(own), strict=True):
+    for node, rows in zip(node_numbers, layout.dofs_of(node_numbers), strict=True):
         chosen = rows[sorted(set(wanted))]
         if table.components is not None and (chosen < 0).any():
             absent = COMPONENT_NAMES[sorted(set(wanted))[int(np.argmin(chosen))]]
@@ -517,7 +524,7 @@ def _node_pilots(
                 f"pilot {table.name!r}: node {node} has no {absent} in the matrices; expected "
                 "components that it has"
             )
-        name = table.name if len(own) == 1 else f"{table.name}_{node}"
+        name = table.name if len(node_numbers) == 1 else f"{table.name}_{node}"
         pilots.append(_selected(name, layout, chosen[chosen >= 0]))
     return pilots
 
@@ -525,28 +532,28 @@ def _node_pilots(
 def _distributing(
     table: "DistributingTable",
     layout: DofLayout,
-    own: NDArray[np.int64],
+    node_numbers: NDArray[np.int64],
     point: NDArray[np.float64],
     L: sp.csr_array,
 ) -> Pilot:
     averaged = sorted(COMPONENT_NAMES.index(name) for name in set(table.averaged))
-    rows = layout.dofs_of(own)[:, averaged]
+    rows = layout.dofs_of(node_numbers)[:, averaged]
     node, column = np.nonzero(rows >= 0)
     used, local = np.unique(node, return_inverse=True)
     component = np.array(averaged)[column]
-    weights = np.ones(len(own)) if table.weights is None else np.array(table.weights)
-    if len(used) < len(own):
-        absent = np.setdiff1d(np.arange(len(own)), used)
+    weights = np.ones(len(node_numbers)) if table.weights is None else np.array(table.weights)
+    if len(used) < len(node_numbers):
+        absent = np.setdiff1d(np.arange(len(node_numbers)), used)
         raise ValueError(
-            f"pilot {table.name!r}: node {own[absent[0]]} has none of the averaged directions "
-            f"{', '.join(table.averaged)} in the matrices; expected one at least"
+            f"pilot {table.name!r}: node {node_numbers[absent[0]]} has none of the averaged "
+            f"directions {', '.join(table.averaged)} in the matrices; expected one at least"
         )
-    places = layout.points[rows.max(axis=1)]
+    positions = layout.points[rows.max(axis=1)]
     dofs = AveragedDofs(
-        places, local, np.eye(3)[component % 3], component >= _TRANSLATIONS, weights[node]
+        positions, local, np.eye(3)[component % 3], component >= _TRANSLATIONS, weights[node]
     )
     components = tuple(sorted(COMPONENT_NAMES.index(name) for name in set(table.components)))
-    subject = f"pilot {table.name!r} on {len(own)} nodes"
+    subject = f"pilot {table.name!r} on {len(node_numbers)} nodes"
     small = point_coupling(dofs, point, components, subject=subject)
     columns = rows[node, column]
     shape = (len(components), len(layout))

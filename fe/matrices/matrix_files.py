@@ -23,7 +23,7 @@ from carrierflex.fe.matrices.stored_matrix import (
     names_of_keys,
     refuse_twice,
 )
-from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
+from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole_numbers
 from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
@@ -56,7 +56,7 @@ _EXTRA = "pip install carrierflex[ansys]"
 
 _BANNER = re.compile(rb"%%MatrixMarket\s+matrix\s+(\w+)\s+(\w+)\s+(\w+)", re.I)
 #: Arrays of a sparse matrix in npz, as scipy.sparse.save_npz names them.
-_PARTS = {
+_SPARSE_ARRAYS = {
     "csr": ("data", "indices", "indptr"),
     "csc": ("data", "indices", "indptr"),
     "coo": ("data", "row", "col"),
@@ -175,7 +175,7 @@ def _read_matrix_market(path: Path, content: bytes) -> StoredMatrix:
         table = number_table(content[begin:], 3, "the entries")
         if len(table) != n_entries:
             raise ValueError(f"{len(table)} entries; its line of sizes states {n_entries}")
-        rows, columns = whole(table[:, :2], "rows and columns").T - 1
+        rows, columns = whole_numbers(table[:, :2], "rows and columns").T - 1
         A = from_entries(rows, columns, table[:, 2], n)
         refuse_twice(rows, columns, n)
     except ValueError as error:
@@ -205,8 +205,8 @@ def _read_npz(path: Path, content: bytes) -> StoredMatrix:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             _refuse_unstored(path, archive, len(content))
-        with np.load(io.BytesIO(content), allow_pickle=False) as parts:
-            return StoredMatrix(_sparse(path, parts))
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            return StoredMatrix(_sparse(path, arrays))
     except _DAMAGED as error:
         raise ValueError(f"{path}: not a complete npz file ({_reason(error)})") from error
     except (ValueError, NotImplementedError, RuntimeError) as error:
@@ -229,15 +229,15 @@ def _refuse_unstored(path: Path, archive: zipfile.ZipFile, size: int) -> None:
             _refuse_other_shape(path, entry.filename, entry.file_size, member)
 
 
-def _refuse_other_shape(path: Path, name: str, size: int, part: IO[bytes]) -> None:
+def _refuse_other_shape(path: Path, name: str, size: int, stream: IO[bytes]) -> None:
     """Refuse an array whose header states more than the bytes behind it."""
-    version = np.lib.format.read_magic(part)
+    version = np.lib.format.read_magic(stream)
     reader = (
         np.lib.format.read_array_header_1_0
         if version == (1, 0)
         else np.lib.format.read_array_header_2_0
     )
-    shape, _, dtype = reader(part)
+    shape, _, dtype = reader(stream)
     if dtype.hasobject or int(np.prod(shape, dtype=object)) * dtype.itemsize > size:
         raise ValueError(
             f"{path}: {shown(name)} states the shape {shown(shape)} of {shown(dtype)} in {size} "
@@ -245,17 +245,17 @@ def _refuse_other_shape(path: Path, name: str, size: int, part: IO[bytes]) -> No
         )
 
 
-def _sparse(path: Path, parts: "np.lib.npyio.NpzFile") -> sp.csr_array:
-    if "format" not in parts:
+def _sparse(path: Path, arrays: "np.lib.npyio.NpzFile") -> sp.csr_array:
+    if "format" not in arrays:
         raise ValueError(
-            f"{path}: holds {shown(', '.join(parts.files))}, a dense array or others; expected a "
+            f"{path}: holds {shown(', '.join(arrays.files))}, a dense array or others; expected a "
             "sparse matrix: scipy.sparse.save_npz(file, scipy.sparse.csr_array(A)) writes one"
         )
-    layout = bytes(np.asarray(parts["format"])).decode("latin-1").strip("\0")
-    if layout not in _PARTS:
-        raise ValueError(f"{path}: format {shown(layout)}; expected {', '.join(_PARTS)}")
-    shape = np.asarray(parts["shape"]).ravel().tolist()
-    data, first, second = (np.asarray(parts[name]) for name in _PARTS[layout])
+    layout = bytes(np.asarray(arrays["format"])).decode("latin-1").strip("\0")
+    if layout not in _SPARSE_ARRAYS:
+        raise ValueError(f"{path}: format {shown(layout)}; expected {', '.join(_SPARSE_ARRAYS)}")
+    shape = np.asarray(arrays["shape"]).ravel().tolist()
+    data, first, second = (np.asarray(arrays[name]) for name in _SPARSE_ARRAYS[layout])
     kinds = (data.dtype.kind, first.dtype.kind, second.dtype.kind)
     if len(shape) != 2 or kinds[0] not in "fiu" or set(kinds[1:]) - set("iu"):
         raise ValueError(f"{path}: shape {shown(shape)} and types {kinds}; expected real numbers")
@@ -298,7 +298,7 @@ def _read_harwell_boeing(path: Path, content: bytes) -> StoredMatrix:
     has_right_side = _count(lines[1].decode("latin-1")[56:70]) > 0
     body = content.split(b"\n", 5 if has_right_side else 4)[-1]
     starts_at, rows_at, values_at = np.cumsum([0, *header.lines])[:3]
-    parts = body.split(b"\n")
+    text_lines = body.split(b"\n")
     n = header.n_columns
     counts = (n + 1, header.n_entries, header.n_entries)
     names = ("column starts", "row numbers", "values")
@@ -306,10 +306,10 @@ def _read_harwell_boeing(path: Path, content: bytes) -> StoredMatrix:
     for first, n_lines, (per_line, width), count, name in zip(
         (starts_at, rows_at, values_at), header.lines, header.fields, counts, names, strict=True
     ):
-        text = b"\n".join(parts[first : first + n_lines])
+        text = b"\n".join(text_lines[first : first + n_lines])
         read.append(_numbers(text, width, per_line, count, f"{path}: the {name}"))
     starts, rows = (
-        whole(array, f"{path}: the {name}") - 1
+        whole_numbers(array, f"{path}: the {name}") - 1
         for array, name in zip(read[:2], names[:2], strict=True)
     )
     if starts[0] != 0 or starts[-1] != header.n_entries or (np.diff(starts) < 0).any():
@@ -467,7 +467,7 @@ def _listed_entries(data: bytes) -> StoredMatrix:
         )
     table = number_table(data, n_columns, "the entries")
     if n_columns == 3:
-        index = whole(table[:, :2], "rows and columns") - 1
+        index = whole_numbers(table[:, :2], "rows and columns") - 1
         n = int(index.max(initial=-1)) + 1
         A = from_entries(index[:, 0], index[:, 1], table[:, 2], n)
         refuse_twice(index[:, 0], index[:, 1], n)
@@ -476,7 +476,7 @@ def _listed_entries(data: bytes) -> StoredMatrix:
     if (table[:, [0, 2]] < 1.0).any():
         odd = float(table[:, [0, 2]].min())
         raise ValueError(f"node {odd:g} is an internal variable; expected nodes of the model only")
-    index = whole(table[:, :4], "nodes and directions")
+    index = whole_numbers(table[:, :4], "nodes and directions")
     _refuse_other_directions(index[:, [1, 3]])
     keys = np.stack([_keys(index[:, 0], index[:, 1]), _keys(index[:, 2], index[:, 3])])
     unique_keys, inverse = np.unique(keys, return_inverse=True)
@@ -518,13 +518,13 @@ def _element_dofs(content: bytes, blocks: list[_Block]) -> DofNames:
     )
     if comment is None:
         raise ValueError("no comment ** ELEMENT NODES; expected the nodes of the element there")
-    nodes = whole(numbers(comment[1].replace(b"*", b" "), "the element's nodes"), "nodes")
+    nodes = whole_numbers(numbers(comment[1].replace(b"*", b" "), "the element's nodes"), "nodes")
     block = next(block for block in blocks if block.keyword.startswith("USER ELEMENT"))
     lines = [line for line in block.data.split(b"\n") if line.strip()]
     # Positions at which a list of directions begins to hold; the first line has none.
     directions: dict[int, list[int]] = {}
     for number, line in enumerate(lines):
-        entries = whole(numbers(line, "the directions"), "directions").tolist()
+        entries = whole_numbers(numbers(line, "the directions"), "directions").tolist()
         if not entries:
             raise ValueError(
                 "a line below *USER ELEMENT has no number; expected a position and its directions"

@@ -96,7 +96,7 @@ def with_linked_pilots(document: "InterfacesDocument", deck: Path) -> "Interface
 
 def _pilot(card: list[Any], nodes: NodeTable) -> "DistributingTable | RigidTable":
     name, fields = card[0], card[1:]
-    number = _whole(fields[0] if fields else "", f"{name}: element number")
+    number = _positive_integer(fields[0] if fields else "", f"{name}: element number")
     return (_rigid if name == "RBE2" else _distributing)(number, fields, nodes)
 
 
@@ -168,7 +168,7 @@ def _members(words: list[Any], what: str) -> list[int]:
     at = 0
     while at < len(words):
         if str(words[at]).upper() == "THRU" and members and at + 1 < len(words):
-            last = _whole(words[at + 1], what)
+            last = _positive_integer(words[at + 1], what)
             if not 0 < last - members[-1] < 2_000_000:
                 raise ValueError(
                     f"{what}: grids {members[-1]} THRU {last}; expected ascending ones"
@@ -176,7 +176,7 @@ def _members(words: list[Any], what: str) -> list[int]:
             members += range(members[-1] + 1, last + 1)
             at += 2
         else:
-            members.append(_whole(words[at], what))
+            members.append(_positive_integer(words[at], what))
             at += 1
     if not members:
         raise ValueError(f"{what} names no grid; expected those that it couples")
@@ -184,7 +184,7 @@ def _members(words: list[Any], what: str) -> list[int]:
 
 
 def _point(word: Any, nodes: NodeTable, what: str) -> tuple[float, float, float]:
-    grid = _whole(word, f"{what}: reference grid")
+    grid = _positive_integer(word, f"{what}: reference grid")
     row = int(np.searchsorted(nodes.numbers, grid))
     if row == len(nodes.numbers) or nodes.numbers[row] != grid:
         raise ValueError(f"{what}: no GRID {grid} in the file; expected its reference node")
@@ -203,7 +203,7 @@ def _names(digits: str) -> list[Any]:
     return [COMPONENT_NAMES[int(digit) - 1] for digit in digits]
 
 
-def _whole(word: Any, what: str) -> int:
+def _positive_integer(word: Any, what: str) -> int:
     if not isinstance(word, int) or not 0 < word < 2**40:
         raise ValueError(f"{what} is {str(word)[:20]!r}; expected a whole number")
     return word

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pyyeti.nastran import bulk
 
 from carrierflex.fe.matrices.stored_matrix import SCALAR, DofNames
-from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
+from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole_numbers
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
@@ -102,7 +102,9 @@ def numbers_in_turn(path: Path) -> NDArray[np.int64]:
         for block in deck_blocks(content)
         if block.name == "*NODE"
     ]
-    return whole(np.concatenate([np.zeros(0), *(table[:, 0] for table in tables)]), "node numbers")
+    return whole_numbers(
+        np.concatenate([np.zeros(0), *(table[:, 0] for table in tables)]), "node numbers"
+    )
 
 
 def node_table(
@@ -118,14 +120,14 @@ def node_table(
         Where a node stands twice with other coordinates, or a coordinate is not finite.
     """
     order = np.argsort(numbers_of_nodes, kind="stable")
-    ordered, places = numbers_of_nodes[order], points[order]
-    if not np.isfinite(places).all():
+    ordered, coordinates = numbers_of_nodes[order], points[order]
+    if not np.isfinite(coordinates).all():
         raise ValueError("a coordinate is not finite; expected finite numbers")
     again = np.flatnonzero(np.diff(ordered) == 0)
-    if (places[again] != places[again + 1]).any():
+    if (coordinates[again] != coordinates[again + 1]).any():
         raise ValueError(f"node {ordered[again[0]]} occurs twice; expected every node once")
     first = np.append(True, np.diff(ordered) > 0)
-    return NodeTable(ordered[first], places[first], sets or {})
+    return NodeTable(ordered[first], coordinates[first], sets or {})
 
 
 def _archive_nodes(path: Path) -> NodeTable:
@@ -151,15 +153,15 @@ def _deck_nodes(content: bytes) -> NodeTable:
         if block.name == "*NODE":
             tables.append(number_table(full_rows(block.data), 4, "the nodes"))
             if name:
-                sets.setdefault(name, []).append(whole(tables[-1][:, 0], "node numbers"))
+                sets.setdefault(name, []).append(whole_numbers(tables[-1][:, 0], "node numbers"))
         elif block.name == "*NSET" and name:
             members = _members(block.data, "GENERATE" in block.settings, sets)
             sets.setdefault(name, []).append(members)
     if not sum(map(len, tables)):
         raise ValueError("no *NODE with coordinates; expected the file that holds the nodes")
     table = np.concatenate(tables)
-    joined = {name: np.unique(np.concatenate(parts)) for name, parts in sets.items()}
-    return node_table(whole(table[:, 0], "node numbers"), table[:, 1:], sets=joined)
+    joined = {name: np.unique(np.concatenate(blocks)) for name, blocks in sets.items()}
+    return node_table(whole_numbers(table[:, 0], "node numbers"), table[:, 1:], sets=joined)
 
 
 def _members(
@@ -170,7 +172,7 @@ def _members(
         members: list[NDArray[np.int64]] = []
         for line in data.split(b"\n"):
             if line.strip():
-                limits = whole(numbers(line, "a set"), "a set").tolist()
+                limits = whole_numbers(numbers(line, "a set"), "a set").tolist()
                 first, last, step = (*limits, 1, 1)[:3] if len(limits) in (2, 3) else (1, 0, 1)
                 if not 0 <= last - first < _MOST_GENERATED or step < 1:
                     raise ValueError(f"a set from {limits}; expected first, last and step")
@@ -179,7 +181,7 @@ def _members(
     words = data.decode("latin-1").replace(",", " ").split()
     listed = [word for word in words if word.upper() not in sets]
     named = [member for word in words for member in sets.get(word.upper(), [])]
-    numbered = whole(numbers(" ".join(listed).encode("latin-1"), "a set"), "a set")
+    numbered = whole_numbers(numbers(" ".join(listed).encode("latin-1"), "a set"), "a set")
     return np.concatenate([numbered, *named])
 
 
@@ -212,8 +214,8 @@ def _bulk_nodes(entries: list[Entry]) -> NodeTable:
         raise ValueError("no GRID entries; expected the file that holds the nodes")
     if in_frames:
         return _of_uset(grids_in_frames(entries))
-    numbers_of_grids, places = zip(*grids, strict=True)
-    return node_table(np.array(numbers_of_grids, dtype=np.int64), np.array(places))
+    numbers_of_grids, coordinates = zip(*grids, strict=True)
+    return node_table(np.array(numbers_of_grids, dtype=np.int64), np.array(coordinates))
 
 
 class _NamedError(ValueError):
@@ -286,7 +288,7 @@ def read_dofs(path: Path) -> DofNames:
 def _dotted(content: bytes) -> DofNames:
     if content.count(b".") != len(content.split()):
         raise ValueError("not every word is node.direction; expected as in 17.2")
-    table = whole(number_table(content.replace(b".", b" "), 2, "the names"), "the names")
+    table = whole_numbers(number_table(content.replace(b".", b" "), 2, "the names"), "the names")
     return _names(table[:, 0], table[:, 1] - 1)
 
 

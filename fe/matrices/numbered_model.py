@@ -79,7 +79,7 @@ def numbered_model(
         K = K[used][:, used]
         M = M[used][:, used]
         names = names.at(used)
-    layout = DofLayout(names, _places(names, nodes) * units.length)
+    layout = DofLayout(names, _dof_points(names, nodes) * units.length)
     K, M = (_turned(A, names, nodes.frames) for A in (K, M))
     K, M = (_symmetric(_in_si(A, layout, units)) for A in (K, M))
     return NumberedModel(K, M, layout)
@@ -159,7 +159,7 @@ def _in_turn(n: int, nodes: NodeTable, dofs_per_node: int | None) -> DofNames:
     return DofNames(np.repeat(nodes.numbers, each), np.tile(np.arange(each), count))
 
 
-def _places(names: DofNames, nodes: NodeTable) -> NDArray[np.float64]:
+def _dof_points(names: DofNames, nodes: NodeTable) -> NDArray[np.float64]:
     scalar = names.components == SCALAR
     index = np.minimum(np.searchsorted(nodes.numbers, names.nodes), len(nodes.numbers) - 1)
     unknown = np.flatnonzero(~scalar & (nodes.numbers[index] != names.nodes))

@@ -116,11 +116,11 @@ def _same_node(layout: DofLayout) -> sp.csr_array:
 
 
 def _parts_freedom(
-    K: sp.csr_array, layout: DofLayout, part: NDArray[np.int32], n_parts: int
+    K: sp.csr_array, layout: DofLayout, component: NDArray[np.int32], n_parts: int
 ) -> Iterator[int]:
     """Free rigid motions of every part on its own."""
-    order = np.argsort(part, kind="stable")
-    starts = np.searchsorted(part[order], np.arange(n_parts + 1))
+    order = np.argsort(component, kind="stable")
+    starts = np.searchsorted(component[order], np.arange(n_parts + 1))
     scalar = layout.is_scalar
     for first, last in pairwise(starts):
         rows = order[first:last]

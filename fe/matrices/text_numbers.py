@@ -65,7 +65,7 @@ def number_table(text: bytes, width: int, what: str) -> NDArray[np.float64]:
     return values.reshape(-1, width)
 
 
-def whole(values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
+def whole_numbers(values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
     """Numbers that must be whole and not negative.
 
     Raises

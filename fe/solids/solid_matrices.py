@@ -94,8 +94,8 @@ def _added(matrices: FloatArray, rows: NDArray[np.int64], n: int) -> sp.csr_arra
     """Sum of element matrices (k, m, m) at their rows (k, m)."""
     m = rows.shape[1]
     first, second = np.repeat(rows, m, axis=1), np.tile(rows, (1, m))
-    places = (first.ravel().astype(np.int32), second.ravel().astype(np.int32))
-    return sp.csr_array(sp.coo_array((matrices.ravel(), places), shape=(n, n)))
+    index_pairs = (first.ravel().astype(np.int32), second.ravel().astype(np.int32))
+    return sp.csr_array(sp.coo_array((matrices.ravel(), index_pairs), shape=(n, n)))
 
 
 def inverted_elements(mesh: SolidMesh) -> Iterator[tuple[str, str, int]]:
@@ -161,9 +161,9 @@ def _jacobians(points: FloatArray, rule: _Rule) -> FloatArray:
 @cache
 def _rule(kind: str, order: int) -> _Rule:
     element = _ELEMENTS[kind]()
-    places, weights = _quadrature(kind, order)
+    quadrature_points, weights = _quadrature(kind, order)
     node_of = matching_nodes(np.asarray(element.doflocs), REFERENCE_NODES[kind])
-    values = [element.lbasis(places, int(i)) for i in node_of]
+    values = [element.lbasis(quadrature_points, int(i)) for i in node_of]
     ones = np.ones(len(weights))
     shapes = np.stack([value * ones for value, _ in values], axis=-1)
     gradients = np.stack([(gradient * ones).T for _, gradient in values], axis=1)
@@ -172,12 +172,12 @@ def _rule(kind: str, order: int) -> _Rule:
 
 def _quadrature(kind: str, order: int) -> tuple[FloatArray, FloatArray]:
     if kind.startswith("tetra"):
-        places, weights = get_quadrature(RefTet, order)
+        points, weights = get_quadrature(RefTet, order)
     elif kind.startswith("hexahedron"):
-        places, weights = get_quadrature(RefHex, order)
+        points, weights = get_quadrature(RefHex, order)
     else:
         # scikit-fem's own rule of a wedge sums to half its volume.
         (across, w), (along, v) = get_quadrature(RefTri, order), get_quadrature(RefLine, order)
-        places = np.concatenate([np.repeat(across, v.size, axis=1), np.tile(along, w.size)])
+        points = np.concatenate([np.repeat(across, v.size, axis=1), np.tile(along, w.size)])
         weights = np.outer(w, v).ravel()
-    return np.asarray(places, np.float64), np.asarray(weights, np.float64)
+    return np.asarray(points, np.float64), np.asarray(weights, np.float64)

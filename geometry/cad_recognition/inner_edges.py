@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 #: Sine of the angle between two faces' normals below which they meet smoothly.
 _SMOOTH = 0.2
 #: Place along an edge, in its parameter, where its angle is measured: no place of symmetry.
-_PLACE = 0.37
+_EDGE_PARAMETER = 0.37
 #: Distance from the edge [m] at which it is asked whether there is material: below any fillet.
-_BESIDE = 2e-4
+_PROBE_DISTANCE = 2e-4
 #: Points of an edge that distances are measured from.
 _SAMPLES = 400
 #: Mean walls (twice the volume over the surface) over which elements grow to their full size.
@@ -36,7 +36,7 @@ def reentrant_edges() -> list[int]:
 def _is_reentrant(edge: int, volumes: list[int]) -> bool:
     faces = gmsh.model.getAdjacencies(1, edge)[0]
     low, high = gmsh.model.getParametrizationBounds(1, edge)
-    at = low[0] + _PLACE * (high[0] - low[0])
+    at = low[0] + _EDGE_PARAMETER * (high[0] - low[0])
     point = np.array(gmsh.model.getValue(1, edge, [at]))
     normals = [_normal(int(face), point) for face in faces]
     for first, second in combinations(normals, 2):
@@ -44,7 +44,7 @@ def _is_reentrant(edge: int, volumes: list[int]) -> bool:
             # The four quadrants between the faces: one is filled at an outer edge, three at an
             # inner one.
             quadrants = [a * first + b * second for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
-            filled = sum(_is_material(point + _BESIDE * q, volumes) for q in quadrants)
+            filled = sum(_is_material(point + _PROBE_DISTANCE * q, volumes) for q in quadrants)
             return filled == 3
     return False
 

@@ -126,7 +126,7 @@ def merged_surfaces(faces: Sequence[OrientedFace]) -> tuple[CadSurface, ...]:
             else:
                 apart.append(other)
         surfaces = [*apart, joined]
-    merged = [CadSurface(tuple(parts)) for parts in surfaces]
+    merged = [CadSurface(tuple(joined_faces)) for joined_faces in surfaces]
     return tuple(sorted(merged, key=lambda surface: -surface.area))
 
 

@@ -228,11 +228,11 @@ class NamedSurfaces:
 
 
 def _cylinder(
-    name: str, surface: CadSurface, window: tuple[float, float], parts: int = 1
+    name: str, surface: CadSurface, window: tuple[float, float], n_bands: int = 1
 ) -> SurfaceStatement:
     point = np.array([0.0, *(_rounded(x) for x in surface.point[1:])])
     radius = _rounded(surface.radius)
-    return SurfaceStatement(name, "cylinder", point, _X, radius, _window(window), parts)
+    return SurfaceStatement(name, "cylinder", point, _X, radius, _window(window), n_bands)
 
 
 def _rounded(value: float) -> float:

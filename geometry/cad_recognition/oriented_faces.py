@@ -15,7 +15,7 @@ from carrierflex.geometry.half_sector import MeshingError
 
 _TRIANGLE = 2
 #: Distance [m] beside a face at which it is asked whether there is material: far below any wall.
-_BESIDE = 1e-5
+_PROBE_DISTANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def _oriented(path: Path, solid: int, face: CadFace) -> OrientedFace:
         across = anchor - face.point - along
         normal = across / np.linalg.norm(across)
         anchor = face.point + along + face.radius * normal
-    probe = anchor + _BESIDE * normal
+    probe = anchor + _PROBE_DISTANCE * normal
     if gmsh.model.isInside(3, solid, [float(x) for x in probe]):
         normal = -normal
     return OrientedFace(face, triangles, anchor, normal)

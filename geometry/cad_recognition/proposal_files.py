@@ -60,8 +60,10 @@ def _surface_lines(surface: ProposedSurface) -> Iterator[str]:
         yield f"# {surface.name}: {_UNKNOWN}."
         return
     if surface.chosen is not None:
-        yield f"# {told(surface.chosen)}."
-        yield from (f"# Not {told(other)}." for other in surface.candidates[1 : 1 + _SHOWN])
+        yield f"# {candidate_text(surface.chosen)}."
+        yield from (
+            f"# Not {candidate_text(other)}." for other in surface.candidates[1 : 1 + _SHOWN]
+        )
         if surface.name.endswith("_seat"):
             yield f"# {_WHOLE_SEAT}"
         yield statement_text(surface.chosen.statement)
@@ -71,11 +73,11 @@ def _surface_lines(surface: ProposedSurface) -> Iterator[str]:
         "them."
     )
     for candidate in surface.candidates[: max(surface.equals, _SHOWN)]:
-        yield f"# {told(candidate)}:"
+        yield f"# {candidate_text(candidate)}:"
         yield from (f"# {line}" for line in statement_text(candidate.statement).splitlines())
 
 
-def told(candidate: Candidate) -> str:
+def candidate_text(candidate: Candidate) -> str:
     """Numbers of a candidate in the picture, and the reason of its rank."""
     numbers = ", ".join(map(str, candidate.numbers))
     return f"[{numbers}] {candidate.reason}"

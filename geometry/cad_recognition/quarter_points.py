@@ -23,7 +23,7 @@ _SIDES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))
 #: quadratic one.
 _QUARTER, _MIDDLE = 0.25, 0.5
 #: Share of its way from the middle that a node keeps where an element about it is too distorted.
-_KEPT = 0.85
+_RETAINED_SHARE = 0.85
 #: Such steps back before a node stands in the middle again.
 _MOST_STEPS = 30
 
@@ -48,12 +48,12 @@ class _Sides:
     between: NDArray[np.float64]
     lies_on: Mapping[tuple[int, int], NDArray[np.int64]]
 
-    def drawn(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    def drawn(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (k, 3) at these places of the sides, parabolas through three nodes; on the solid.
 
         Where a side lies on a face or a curve its point does, too.
         """
-        s = place[:, None]
+        s = position[:, None]
         points = np.asarray(
             (1.0 - s) * (1.0 - 2.0 * s) * self.near
             + 4.0 * s * (1.0 - s) * self.between
@@ -86,16 +86,16 @@ def draw_towards(edges: list[int], least_quality: float) -> int:
     drawn = row[tets[:, 4:]]
     touched = np.flatnonzero((drawn >= 0).any(axis=1))
     for _ in range(_MOST_STEPS):
-        _place(sides.middle, sides.drawn(position))
+        _move_nodes(sides.middle, sides.drawn(position))
         quality = np.asarray(gmsh.model.mesh.getElementQualities(tags[touched], "minSJ"))
         bad = drawn[touched[quality <= least_quality]]
         back = np.unique(bad[bad >= 0])
         if not len(back):
             break
-        position[back] = _MIDDLE - _KEPT * (_MIDDLE - position[back])
+        position[back] = _MIDDLE - _RETAINED_SHARE * (_MIDDLE - position[back])
     else:
         position[back] = _MIDDLE
-        _place(sides.middle, sides.drawn(position))
+        _move_nodes(sides.middle, sides.drawn(position))
     return int((position < _MIDDLE).sum())
 
 
@@ -130,6 +130,6 @@ def _lies_on(nodes: NDArray[np.int64]) -> dict[tuple[int, int], NDArray[np.int64
     return lies_on
 
 
-def _place(nodes: NDArray[np.int64], points: NDArray[np.float64]) -> None:
+def _move_nodes(nodes: NDArray[np.int64], points: NDArray[np.float64]) -> None:
     for node, point in zip(nodes.tolist(), points.tolist(), strict=True):
         gmsh.model.mesh.setNode(node, point, [])

@@ -180,7 +180,7 @@ def _poly(triangles: Vector) -> Any:
     return pyvista.PolyData(triangles.reshape(-1, 3), faces.ravel())
 
 
-def _seen_point(triangles: Vector, whole: Any, towards: Vector, far: Vector) -> Vector | None:
+def _seen_point(triangles: Vector, solid: Any, towards: Vector, far: Vector) -> Vector | None:
     """Middle of a triangle that nothing hides, the most central of them; None where all are hid."""
     middles = triangles.mean(axis=1)
     sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -189,8 +189,8 @@ def _seen_point(triangles: Vector, whole: Any, towards: Vector, far: Vector) -> 
     tried = np.argsort(-facing)[:_TRIED]
     visible = []
     for middle in middles[tried]:
-        start = middle + 1e-4 * whole.length * towards
-        hits, _ = whole.ray_trace(start, middle + far)
+        start = middle + 1e-4 * solid.length * towards
+        hits, _ = solid.ray_trace(start, middle + far)
         if not len(hits):
             visible.append(middle)
     if not visible:

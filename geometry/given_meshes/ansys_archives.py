@@ -24,7 +24,7 @@ _SOLIDS = {45: 8, 185: 8, 285: 4, 92: 10, 187: 10, 95: 20, 186: 20}
 _BESIDE_SOLIDS = (200, 154, 152, *range(169, 178))
 #: Fields of an element before its nodes.
 _MATERIAL, _TYPE, _N_NODES, _NUMBER, _FIELDS = 0, 1, 8, 10, 11
-_WHOLE = re.compile(r"\((\d+)i(\d+)(?:,(\d+)e(\d+)\.\d+(?:e\d+)?)?\)", re.IGNORECASE)
+_INTEGER_FORMAT = re.compile(r"\((\d+)i(\d+)(?:,(\d+)e(\d+)\.\d+(?:e\d+)?)?\)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def _archive(lines: list[str]) -> AnsysArchive:
         words = [word.strip() for word in lines[at].split("!", 1)[0].split(",")]
         name = words[0].upper()
         if name == "ET" and len(words) > 2:
-            kinds[_whole(words[1], at)] = _whole(words[2], at)
+            kinds[_integer(words[1], at)] = _integer(words[2], at)
         elif name == "ETBLOCK":
             raise ValueError(
                 f"line {at + 1}: ETBLOCK; expected ET entries: write the archive by CDWRITE,DB"
@@ -95,7 +95,7 @@ def _archive(lines: list[str]) -> AnsysArchive:
                 raise ValueError(f"line {at + 1}: EBLOCK without SOLID; expected EBLOCK,19,SOLID")
             at = _read_elements(lines, at, elements)
         elif name == "CMBLOCK" and len(words) > 3 and words[2].upper().startswith("NODE"):
-            at, sets[words[1]] = _read_set(lines, at, _whole(words[3], at))
+            at, sets[words[1]] = _read_set(lines, at, _integer(words[3], at))
         at += 1
     if not nodes:
         raise ValueError("no NBLOCK with nodes; expected an archive of CDWRITE in blocked form")
@@ -127,7 +127,7 @@ def _read_nodes(
             _real(line[begin + real_width * i : begin + real_width * (i + 1)], row)
             for i in range(n_real)
         ]
-        number = _whole(line[:width], row)
+        number = _integer(line[:width], row)
         nodes[number] = (values[0], values[1], values[2])
         if any(values[3:]):
             turned.append(number)
@@ -165,13 +165,13 @@ def _read_set(lines: list[str], at: int, count: int) -> tuple[int, NDArray[np.in
         listed += _fields(lines[row], width, row)
     if len(listed) != count:
         raise ValueError(f"line {at + 1}: {len(listed)} of {count} numbers; the file is cut short")
-    parts = []
+    ranges = []
     for before, number in zip([0, *listed], listed, strict=False):
         first = number if number > 0 else before + 1
         if not 0 < first <= abs(number) < first + 30_000_000:
             raise ValueError(f"line {at + 1}: {before}, {number}; expected ascending ranges")
-        parts.append(np.arange(first, abs(number) + 1))
-    return row, np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+        ranges.append(np.arange(first, abs(number) + 1))
+    return row, np.concatenate([np.zeros(0, dtype=np.int64), *ranges])
 
 
 def _sorted_elements(
@@ -220,7 +220,7 @@ def _shape(nodes: list[int], most: int, element: int) -> tuple[str, list[int]]:
 
 def _format(lines: list[str], at: int) -> tuple[int, int, int, int]:
     """Count and width of whole numbers, then of reals, of a format line."""
-    words = _WHOLE.fullmatch(lines[at].strip()) if at < len(lines) else None
+    words = _INTEGER_FORMAT.fullmatch(lines[at].strip()) if at < len(lines) else None
     numbers = [int(word or 0) for word in words.groups()] if words else [0, 0, 0, 0]
     if not 0 < numbers[1] <= 40 or not 0 < numbers[0] <= 40 or numbers[3] > 60:
         raise ValueError(
@@ -233,10 +233,10 @@ def _format(lines: list[str], at: int) -> tuple[int, int, int, int]:
 def _fields(line: str, width: int, row: int) -> list[int]:
     stripped = line.rstrip()
     starts = range(0, len(stripped), width)
-    return [_whole(stripped[start : start + width], row) for start in starts]
+    return [_integer(stripped[start : start + width], row) for start in starts]
 
 
-def _whole(word: str, row: int) -> int:
+def _integer(word: str, row: int) -> int:
     text = word.strip()
     if not re.fullmatch(r"-?\d{1,12}", text):
         raise ValueError(f"line {row + 1}: {shown(text)}; expected a whole number")

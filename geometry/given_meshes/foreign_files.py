@@ -130,8 +130,8 @@ def _read(reader: Callable[[Path], Mesh], path: Path, size: int, expected: str) 
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         # Messages of this program say what is expected; those of libraries are of any length.
-        told = reason if "; expected " in reason else f"{shortened(reason)}; expected {expected}"
-        raise ValueError(f"{path}: {told}") from error
+        message = reason if "; expected " in reason else f"{shortened(reason)}; expected {expected}"
+        raise ValueError(f"{path}: {message}") from error
 
 
 def abaqus_mesh(path: Path) -> ForeignMesh:
@@ -280,7 +280,7 @@ class GmshElements:
         gmsh's number of the kind.
     words : str
         gmsh's name of it.
-    places : ndarray, shape (m, d)
+    unit_nodes : ndarray, shape (m, d)
         Nodes on gmsh's unit element.
     group : str
         Name of the group; the entity's number where it has none.
@@ -290,7 +290,7 @@ class GmshElements:
 
     kind: int
     words: str
-    places: NDArray[np.float64]
+    unit_nodes: NDArray[np.float64]
     group: str
     rows: NDArray[np.int64]
 
@@ -301,9 +301,9 @@ def gmsh_elements(dimension: int, row: NDArray[np.int64]) -> Iterator[GmshElemen
         group = _group_of_entity(dimension, entity)
         kinds, _, nodes = gmsh.model.mesh.getElements(dimension, entity)
         for kind, numbers in zip(kinds, nodes, strict=True):
-            words, _, _, n_nodes, places, _ = gmsh.model.mesh.getElementProperties(kind)
+            words, _, _, n_nodes, coordinates, _ = gmsh.model.mesh.getElementProperties(kind)
             rows = row[numbers.astype(np.int64)].reshape(-1, n_nodes)
-            on_unit = np.reshape(np.asarray(places, dtype=np.float64), (n_nodes, -1))
+            on_unit = np.reshape(np.asarray(coordinates, dtype=np.float64), (n_nodes, -1))
             yield GmshElements(int(kind), words, on_unit, group, rows)
 
 

@@ -128,15 +128,15 @@ def _boundary(blocks: list[tuple[str, IntArray]]) -> IntArray:
 @cache
 def _face_nodes(kind: str) -> list[list[int]]:
     """Local nodes of the faces: corners, mid-sides, middle; linear triangles end as they begin."""
-    places = REFERENCE_NODES[kind]
+    reference = REFERENCE_NODES[kind]
     faces = []
     for corners in _FACES[kind]:
-        around = places[list(corners)]
+        around = reference[list(corners)]
         wanted = [around]
         if kind not in _LINEAR:
             wanted.append((around + np.roll(around, -1, axis=0)) / 2.0)
         if kind == "hexahedron27":
             wanted.append(around.mean(axis=0)[None])
-        face = matching_nodes(places, np.concatenate(wanted)).tolist()
+        face = matching_nodes(reference, np.concatenate(wanted)).tolist()
         faces.append([*face, face[0]] if len(face) == 3 else face)
     return faces

@@ -180,9 +180,9 @@ def bulk_text(entries: Iterable[Entry], names: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def refuse_default_systems(entry: Entry, *places: int) -> None:
+def refuse_default_systems(entry: Entry, *field_numbers: int) -> None:
     """Refuse a GRDSET that gives grids a coordinate system."""
-    systems = [entry.field(at) for at in places if entry.field(at)]
+    systems = [entry.field(at) for at in field_numbers if entry.field(at)]
     if systems:
         raise ValueError(
             f"GRDSET gives coordinate system {systems[0]} to grids that name none; expected the "
@@ -238,13 +238,13 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
 def grid_of(entry: Entry) -> tuple[int, list[float]]:
     """Number of a grid and its coordinates; blank ones are zero."""
     number, _, *xyz = [*entry.fields, 0, 0, 0, 0][:5]
-    places = [0.0 if value == "" else value for value in xyz]
-    if not isinstance(number, int) or not all(isinstance(x, (int, float)) for x in places):
+    coordinates = [0.0 if value == "" else value for value in xyz]
+    if not isinstance(number, int) or not all(isinstance(x, (int, float)) for x in coordinates):
         raise ValueError(
             f"GRID {shown(', '.join(entry.words[:5]))}; expected a whole number, a coordinate "
             "system and three numbers"
         )
-    return number, [float(x) for x in places]
+    return number, [float(x) for x in coordinates]
 
 
 def _element(entry: Entry) -> tuple[str, int, list[int]]:
@@ -253,14 +253,14 @@ def _element(entry: Entry) -> tuple[str, int, list[int]]:
     while nodes and nodes[-1] in ("", 0):
         nodes.pop()
     kind = _KINDS.get((entry.name, len(nodes)))
-    whole = [node for node in nodes if isinstance(node, int) and node != 0]
-    if kind is None or not isinstance(number, int) or len(whole) < len(nodes):
+    node_numbers = [node for node in nodes if isinstance(node, int) and node != 0]
+    if kind is None or not isinstance(number, int) or len(node_numbers) < len(nodes):
         counts = " or ".join(str(m) for other, m in _KINDS if other == entry.name)
         raise ValueError(
-            f"{entry.name} {entry.words[0]} has {len(whole)} nodes; expected {counts}, all "
+            f"{entry.name} {entry.words[0]} has {len(node_numbers)} nodes; expected {counts}, all "
             "mid-side nodes or none"
         )
-    return kind, number, whole
+    return kind, number, node_numbers
 
 
 def _blocks(

@@ -226,12 +226,12 @@ def _gmsh_solids(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.
         if kind is None:
             yield block.words, block.group, block.rows
         else:
-            yield kind, block.group, block.rows[:, _order(kind, block.places)]
+            yield kind, block.group, block.rows[:, _order(kind, block.unit_nodes)]
 
 
-def _order(kind: str, places: NDArray[np.float64]) -> NDArray[np.int64]:
+def _order(kind: str, unit_nodes: NDArray[np.float64]) -> NDArray[np.int64]:
     """Which of gmsh's nodes each reference node is, by its place on gmsh's element."""
-    unit = places.copy()
+    unit = unit_nodes.copy()
     # gmsh's hexahedra, and its wedges along their axis, reach from -1 to 1.
     if kind.startswith("hexahedron"):
         unit = (unit + 1.0) / 2.0
@@ -240,9 +240,9 @@ def _order(kind: str, places: NDArray[np.float64]) -> NDArray[np.int64]:
     return matching_nodes(unit, REFERENCE_NODES[kind])
 
 
-def matching_nodes(places: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
+def matching_nodes(points: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
     """Number of the place at every wanted place, shape (len(wanted),)."""
-    distance = np.linalg.norm(places[None] - wanted[:, None], axis=2)
+    distance = np.linalg.norm(points[None] - wanted[:, None], axis=2)
     assert (distance.min(axis=1) < 1e-9).all(), "the element has nodes elsewhere"
     return np.asarray(distance.argmin(axis=1), dtype=np.int64)
 

@@ -161,8 +161,8 @@ def _chosen(
 ) -> Mapping[str, NDArray[np.float64]]:
     """Some of the columns, on disk where all of them are."""
     if isinstance(columns, StoredColumns):
-        places = {name: index for name, index in columns.places.items() if name in names}
-        return replace(columns, places=places)
+        offsets = {name: index for name, index in columns.offsets.items() if name in names}
+        return replace(columns, offsets=offsets)
     return {name: values for name, values in columns.items() if name in names}
 
 

@@ -48,7 +48,7 @@ class ExpectedColumns:
     kinds: Mapping[str, str]
     others_allowed: bool = False
 
-    def kept(self, columns: list[str], file: str) -> list[str]:
+    def columns_to_read(self, columns: list[str], file: str) -> list[str]:
         """Columns of a file that are read, in its order.
 
         Raises
@@ -112,7 +112,7 @@ def column_pieces(
 
 def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
     columns = run_file_header(path)
-    wanted = expected.kept(columns, path.name)
+    wanted = expected.columns_to_read(columns, path.name)
     if path.suffix.lower() == ".parquet":
         with path.open("rb") as opened, pa_parquet.ParquetFile(opened, pre_buffer=False) as file:
             check_cells(file, path, len(wanted))
@@ -128,10 +128,10 @@ def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
             yield pa.Table.from_batches([batch])
 
 
-def _convert(kept: list[str]) -> pa_csv.ConvertOptions:
+def _convert(columns: list[str]) -> pa_csv.ConvertOptions:
     return pa_csv.ConvertOptions(
-        column_types=dict.fromkeys(kept, pa.float64()),
-        include_columns=kept,
+        column_types=dict.fromkeys(columns, pa.float64()),
+        include_columns=columns,
         null_values=_MISSING,
         quoted_strings_can_be_null=True,
     )
@@ -139,7 +139,7 @@ def _convert(kept: list[str]) -> pa_csv.ConvertOptions:
 
 def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
     columns = run_file_header(path)
-    wanted = expected.kept(columns, path.name)
+    wanted = expected.columns_to_read(columns, path.name)
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
     try:
         with path.open("rb") as file:
@@ -155,7 +155,7 @@ def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
 
 
 def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
-    wanted = expected.kept(run_file_header(path), path.name)
+    wanted = expected.columns_to_read(run_file_header(path), path.name)
     try:
         with path.open("rb") as opened:
             file = pa_parquet.ParquetFile(opened)

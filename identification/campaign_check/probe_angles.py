@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 #: Amplitude of order 1 over its standard deviation from which an angle is read.
-_SEEN = 5.0
+_LEAST_SIGNIFICANCE = 5.0
 #: Distance from the declared angle [rad] from which it is at odds: bearings with clearance turn
 #: the phases of probes by up to some ten degrees against one another.
 _AT_ODDS = float(np.deg2rad(30.0))
@@ -85,7 +85,9 @@ def probe_angles(campaign: Campaign) -> tuple[ProbeAngle, ...]:
     rows = []
     for k, channel in enumerate(channels):
         declared = channel.angle or 0.0
-        is_significant = min(sizes[0] / std[0], sizes[k] / std[k]) > _SEEN and abs(cross[k]) > 0.0
+        is_significant = (
+            min(sizes[0] / std[0], sizes[k] / std[k]) > _LEAST_SIGNIFICANCE and abs(cross[k]) > 0.0
+        )
         if not is_significant:
             rows.append(ProbeAngle(channel.name, _degrees(declared), None, None, None, None))
             continue

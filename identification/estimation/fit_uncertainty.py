@@ -94,10 +94,10 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
     length = np.linalg.norm(fit.jacobian, axis=0)
     used = length > 0.0
     J = fit.jacobian[:, used] / length[used]
-    left, sizes, directions = np.linalg.svd(J, full_matrices=False)
+    left_vectors, sizes, directions = np.linalg.svd(J, full_matrices=False)
     determined = sizes > _UNSEEN * sizes.max(initial=0.0)
     # Coordinates in which A is the identity; at a bound the residuals would fall along them.
-    X = left[:, determined]
+    X = left_vectors[:, determined]
     moves = _without_each_block(X, fit.residuals - X @ (X.T @ fit.residuals), block)
     moves *= growth_by_memory([moves[:, :, None]])
     moves = moves @ (directions[determined].T / sizes[determined]).T

@@ -46,11 +46,11 @@ def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, Float
     first = deflection[: min(n, max(fitted, _FEWEST_SAMPLES))]
     scale = deflection.std()
 
-    def left(shape: FloatArray) -> FloatArray:
+    def residual(shape: FloatArray) -> FloatArray:
         return _fitted(first, _exponent(omega, shape) * step)[1] / scale
 
     low, high = zip(_FREQUENCIES, _RATIOS, strict=True)
-    shape = least_squares(left, [1.0, _FIRST_RATIO], bounds=(low, high)).x
+    shape = least_squares(residual, [1.0, _FIRST_RATIO], bounds=(low, high)).x
     s = _exponent(omega, shape)
     c, _ = _fitted(first, s * step)
     swing = c * np.exp(s * step * np.arange(n))

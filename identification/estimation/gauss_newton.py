@@ -254,9 +254,9 @@ def bounded_step(
     return candidate
 
 
-def _is_held_wrongly(slope: Array, held: BoolArray, theta: Array, bounds: Bounds) -> bool:
+def _is_held_wrongly(slope: Array, fixed: BoolArray, theta: Array, bounds: Bounds) -> bool:
     """Whether the cost falls from a bound inwards: several parameters met theirs in one step."""
     # Some of them only because others were not held yet.
     at_lower, at_upper = theta <= bounds.lower, theta >= bounds.upper
     inwards = (at_lower & (slope > 0.0)) | (at_upper & (slope < 0.0))
-    return bool((held & inwards).any())
+    return bool((fixed & inwards).any())

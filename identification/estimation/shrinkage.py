@@ -182,7 +182,7 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
     line = _slope(time, values, stds)
     firsts = np.unique(time)[1:]
     steps = [_slope((time >= first).astype(np.float64), values, stds) for first in firsts]
-    best = int(np.argmin([step.left for step in steps]))
+    best = int(np.argmin([step.residual_square for step in steps]))
     quicker = _slope((time - time.min()) ** 2, values, stds)
     # The smallest of several probabilities, as many times as it was looked for (Bonferroni): half
     # for the line, a quarter each for a drift that speeds up and for the steps.
@@ -192,7 +192,7 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
         line.slope,
         (line.slope - line.half, line.slope + line.half),
         p_value,
-        float(firsts[best]) if steps[best].left < line.left else float("nan"),
+        float(firsts[best]) if steps[best].residual_square < line.residual_square else float("nan"),
     )
 
 
@@ -203,7 +203,7 @@ class _Slope:
     slope: float
     half: float
     p_value: float
-    left: float
+    residual_square: float
 
 
 def _slope(x: Array, values: Array, stds: Array) -> _Slope:

@@ -144,15 +144,15 @@ def grid_with_gaps(time: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     even = float(np.std(step[~jumps])) <= _JITTER * typical
     if not even or (time[-1] - time[0]) / typical > _MOST_SAMPLES:
         return time, np.arange(time.size)
-    places = np.concatenate([[0], np.cumsum(np.rint(step / typical))]).astype(np.int64)
-    if len(np.unique(places)) < places.size:
+    indices = np.concatenate([[0], np.cumsum(np.rint(step / typical))]).astype(np.int64)
+    if len(np.unique(indices)) < indices.size:
         return time, np.arange(time.size)
-    n = int(places[-1]) + 1
+    n = int(indices[-1]) + 1
     clock = np.linspace(time[0], time[-1], n)
     coarse = _resolution(time)
-    if coarse > _COARSE * typical and float(np.abs(clock[places] - time).max()) <= coarse:
-        return clock, places
-    return (np.interp(np.arange(n), places, time) if jumps.any() else time), places
+    if coarse > _COARSE * typical and float(np.abs(clock[indices] - time).max()) <= coarse:
+        return clock, indices
+    return (np.interp(np.arange(n), indices, time) if jumps.any() else time), indices
 
 
 def _resolution(time: FloatArray) -> float:

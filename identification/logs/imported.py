@@ -277,12 +277,12 @@ class _Timed:
     instants: _FloatArray
     time: _FloatArray
     rows: NDArray[np.int64]
-    places: NDArray[np.int64]
+    indices: NDArray[np.int64]
 
     def spread(self, values: _FloatArray) -> _FloatArray:
         """Values of the rows in order at their places, missing elsewhere."""
         result = np.full(self.time.size, np.nan)
-        result[self.places] = values
+        result[self.indices] = values
         return result
 
 
@@ -359,8 +359,8 @@ def _timed_tables(
     for table, time in zip(used, times, strict=True):
         shifted = time - (origin if table.texts else 0.0) + entry.starts.get(table.file, 0.0)
         rows = np.flatnonzero(rows_in_order(shifted, table.file))
-        full, places = grid_with_gaps(shifted[rows])
-        timed.append(_Timed(table, shifted, full, rows, places))
+        full, indices = grid_with_gaps(shifted[rows])
+        timed.append(_Timed(table, shifted, full, rows, indices))
     return timed
 
 
@@ -403,7 +403,7 @@ def _signals(
 
 def _moves(inputs: Sequence[tuple[_FloatArray, _FloatArray]], clocked: _Timed) -> NDArray[np.bool_]:
     """Rows of a table in which an input changes; all where there is none."""
-    at = clocked.time[clocked.places]
+    at = clocked.time[clocked.indices]
     changes = np.full(at.size, not inputs)
     for time, values in inputs:
         present = np.isfinite(values)

@@ -43,17 +43,17 @@ from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 OPEN = "?"
 
 
-def _told(text: str, info: ValidationInfo) -> str:
+def _stated(text: str, info: ValidationInfo) -> str:
     if text == OPEN:
         raise ValueError(f"key '{info.field_name}' is '?'; expected what it is: edit the map")
     return text
 
 
 def _plain_name(name: str, info: ValidationInfo) -> str:
-    return checked_file_name(_told(name, info), f"key '{info.field_name}'")
+    return checked_file_name(_stated(name, info), f"key '{info.field_name}'")
 
 
-Told = Annotated[Text, AfterValidator(_told)]
+Stated = Annotated[Text, AfterValidator(_stated)]
 _COLUMN = "Column of the files"
 _UNIT = "Unit that the column is in, as 'um', 'kN m' or 'deg'"
 _FACTOR = "What the column is multiplied with before the unit; -1 turns it round"
@@ -63,9 +63,9 @@ _OFFSET = "What is added after the factor, in the unit"
 class MapTimeTable(TomlTable):
     """The clock."""
 
-    column: Told | None = key("Column of time; default: the clock is rate_hz", default=None)
-    unit: Told = key("Unit of the column, or 'date'", "", default="s")
-    format: Told | None = key(
+    column: Stated | None = key("Column of time; default: the clock is rate_hz", default=None)
+    unit: Stated = key("Unit of the column, or 'date'", "", default="s")
+    format: Stated | None = key(
         "Of dates without the fraction of the second, as '%d.%m.%Y %H:%M:%S'", default=None
     )
     rate_hz: Positive | None = key(
@@ -79,7 +79,7 @@ class MapTimeTable(TomlTable):
 class MapRunTable(TomlTable):
     """One record."""
 
-    name: Told = key("Name of the run")
+    name: Stated = key("Name of the run")
     files: Annotated[
         list[Annotated[Text, AfterValidator(_plain_name)]],
         Field(min_length=1),
@@ -93,8 +93,8 @@ class MapRunTable(TomlTable):
 
 
 class _Column(TomlTable):
-    column: Told = key(_COLUMN)
-    unit: Told = key(_UNIT)
+    column: Stated = key(_COLUMN)
+    unit: Stated = key(_UNIT)
     factor: Number = key(_FACTOR, default=1.0)
     offset: Number = key(_OFFSET, default=0.0)
 

@@ -36,10 +36,10 @@ def map_text(guess: MapGuess, schema: str) -> str:
 
 
 def _line(name: str, value: Any, comment: str = "") -> str:
-    return _beside(f"{name} = {_toml(value)}", comment)
+    return _commented(f"{name} = {_toml(value)}", comment)
 
 
-def _beside(text: str, comment: str) -> str:
+def _commented(text: str, comment: str) -> str:
     return f"{text:<{_COMMENT_AT}}  # {comment}" if comment else text
 
 
@@ -71,23 +71,23 @@ def _head(guess: MapGuess) -> Iterator[str]:
     yield _line("unit", guess.time.unit, "'s', 'ms' ..., or 'date'")
     if guess.date_format:
         yield _line("format", guess.date_format, "of dates, without the fraction of the second")
-    yield _beside("# rate_hz = 100.0", "rate of the campaign; default: the slowest")
-    yield _beside("#", "channel's. Faster ones are filtered first.")
+    yield _commented("# rate_hz = 100.0", "rate of the campaign; default: the slowest")
+    yield _commented("#", "channel's. Faster ones are filtered first.")
     yield ""
-    yield _beside("[baseline]", "the simulation whose gap is to be explained")
+    yield _commented("[baseline]", "the simulation whose gap is to be explained")
     yield _line("source", "model", "with --simulated: the other simulator's predictions")
     yield f"effects = {_BASELINE[guess.kind]}"
 
 
 def _rig(guess: MapGuess) -> Iterator[str]:
     yield ""
-    yield _beside("[rig]", "nominal facts, SI units")
+    yield _commented("[rig]", "nominal facts, SI units")
     if guess.kind == "carrier":
         for name, words in _RIG_OF_CARRIER:
             yield _line(name, 3 if name == "n_planets" else OPEN, words)
         if "radial_load" in guess.rig:
             yield _line("radial_load", "none", "no column of it found; else delete this line")
-        yield _beside(
+        yield _commented(
             '# deflection_curves = "curves.csv"', "of another carrier, in the folder of this map"
         )
     elif guess.kind == "mounting":
@@ -96,10 +96,10 @@ def _rig(guess: MapGuess) -> Iterator[str]:
             yield _line(name, OPEN, f"{entry.words}{unit}")
     else:
         yield _line("drive", guess.rig["drive"], _DRIVES)
-        yield _beside("# mass = 12.0", "on the element [kg]; fitted where absent")
-        yield _beside("# settle_samples = 100", "first samples that are left out")
-        yield _beside("# periodic = true", "where the drive repeats, with")
-        yield _beside("# period_samples = 2000", "the samples of a period")
+        yield _commented("# mass = 12.0", "on the element [kg]; fitted where absent")
+        yield _commented("# settle_samples = 100", "first samples that are left out")
+        yield _commented("# periodic = true", "where the drive repeats, with")
+        yield _commented("# period_samples = 2000", "the samples of a period")
 
 
 def _signals(guess: MapGuess) -> Iterator[str]:
@@ -110,10 +110,10 @@ def _signals(guess: MapGuess) -> Iterator[str]:
         yield from _column(column)
         if column.unit == "pulses":
             yield _line("pulses_per_turn", OPEN, "of the carrier, gears between included")
-            yield _beside("# wraps_at = 65536", "where the counter begins anew")
+            yield _commented("# wraps_at = 65536", "where the counter begins anew")
         if name == "carrier_angle":
-            yield _beside("# factor = -1.0", "where it turns against the torque")
-            yield _beside("# offset = 12.5", "so that it is zero with pin 1 up")
+            yield _commented("# factor = -1.0", "where it turns against the torque")
+            yield _commented("# offset = 12.5", "so that it is zero with pin 1 up")
     for name, column, facts in guess.channels:
         yield ""
         yield "[[channels]]"
@@ -122,7 +122,7 @@ def _signals(guess: MapGuess) -> Iterator[str]:
         words = _words_of(guess.kind)
         for key, value in facts.items():
             yield _line(key, value, words.get(key, ""))
-        yield _beside("# noise_std = 2.0", "in the unit above; default: from repeats")
+        yield _commented("# noise_std = 2.0", "in the unit above; default: from repeats")
     if guess.others:
         yield ""
         yield f"# Columns that were left out: {_on_one_line(', '.join(guess.others))}"
@@ -148,7 +148,7 @@ def _runs(guess: MapGuess) -> Iterator[str]:
         yield _line("files", files)
         yield _line("condition", name, "runs of the same words are repeats of one another")
         if len(files) > 1:
-            yield _beside(
+            yield _commented(
                 f"# starts = {{ {_toml(files[1])} = 0.5 }}", "seconds to add to a file's time"
             )
 

@@ -144,11 +144,11 @@ class MountingResiduals:
     def __call__(self, values: Array) -> Array:
         """Residuals, shape (n_residuals,); missing samples are zero."""
         parameters = parameter_array(self.rig, self.model.simulator_values(values))
-        places = [SENSORS.index(sensor) for sensor in self.sensors]
+        columns = [SENSORS.index(sensor) for sensor in self.sensors]
         gaps = []
         for inputs, measured in zip(self.inputs, self.signals, strict=True):
             gap = (
-                measured - simulate(self.rig, parameters, inputs).signals[:, places]
+                measured - simulate(self.rig, parameters, inputs).signals[:, columns]
             ) @ self.weight.T
             gaps.append(np.nan_to_num(gap, nan=0.0).ravel())
         return np.concatenate(gaps)

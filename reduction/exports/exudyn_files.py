@@ -155,11 +155,11 @@ def _matrix(parent: h5py.Group, name: str, A: sp.csr_array) -> None:
     csr = sp.csr_matrix(A)
     group = parent.create_group(name)
     group.attrs["datatype"] = "csr_matrix"
-    parts = {
+    arrays = {
         "data": csr.data,
         "indices": csr.indices,
         "indptr": csr.indptr,
         "shape": np.array(csr.shape),
     }
-    for key, value in parts.items():
+    for key, value in arrays.items():
         group[key] = value

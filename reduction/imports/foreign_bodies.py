@@ -26,7 +26,9 @@ _READERS: Mapping[str, Callable[[Path], ImportedBody]] = {
     "simscape": read_simscape,
 }
 #: Name of the format by suffix.
-FORMAT_OF_SUFFIX = {suffix: own.name for own in EXPORT_FORMATS for suffix in own.reads}
+FORMAT_OF_SUFFIX = {
+    suffix: export_format.name for export_format in EXPORT_FORMATS for suffix in export_format.reads
+}
 
 
 def read_any_body(path: Path, units: str = "m-N") -> ImportedBody:

@@ -38,7 +38,7 @@ class Modes(Protocol):
         ...
 
 
-Found = TypeVar("Found", bound=Modes)
+SolvedModes = TypeVar("SolvedModes", bound=Modes)
 
 
 class ModeRule(Protocol):
@@ -117,8 +117,8 @@ def rule_of(modes: int | ModeRule) -> ModeRule:
 
 
 def modes_by_rule(
-    rule: ModeRule, lowest_modes: Callable[[int], Found], n_dofs: int
-) -> tuple[Found, int]:
+    rule: ModeRule, lowest_modes: Callable[[int], SolvedModes], n_dofs: int
+) -> tuple[SolvedModes, int]:
     """Modes among which those are that a rule keeps, and the number of these.
 
     Parameters

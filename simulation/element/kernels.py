@@ -180,10 +180,10 @@ def _runge_kutta(
 def _of_cells(at: float, cells: Array, first: float, per_node: float) -> float:
     """Value of a table with even nodes, see :func:`smooth_motions`."""
     last = cells.shape[1] - 1
-    place = 1.0 + (at - first) * per_node
+    position = 1.0 + (at - first) * per_node
     # What is no number, of a motion that has run away, is taken as below the first node.
-    place = place if place > 0.0 else 0.0
-    k = int(place if place < last else last)
+    position = position if position > 0.0 else 0.0
+    k = int(position if position < last else last)
     return float(cells[1, k] + cells[2, k] * (at - cells[0, k]))
 
 
@@ -313,7 +313,7 @@ def is_smooth(p: Array, n_further: int) -> bool:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _drive_of_step(force: Array, j: int, place: float, length: float, drive: Array) -> None:
+def _drive_of_step(force: Array, j: int, start: float, length: float, drive: Array) -> None:
     """Drive at the three stages of a part of step `j`.
 
     A parabola through its beginning, middle and end.
@@ -322,7 +322,7 @@ def _drive_of_step(force: Array, j: int, place: float, length: float, drive: Arr
     u1 = force[2 * j + 1]
     u2 = force[2 * j + 2]
     for k in range(3):
-        t = place + 0.5 * k * length
+        t = start + 0.5 * k * length
         drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
 
 

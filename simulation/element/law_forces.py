@@ -29,7 +29,7 @@ from carrierflex.simulation.laws import (
     Branch,
     Friction,
     Law,
-    Part,
+    LawTerm,
     Stop,
     Surface,
     Table,
@@ -57,14 +57,14 @@ class ElementLaw:
         table.
     friction : tuple of float
         Dry friction at positive and at negative speed.
-    parts : MemoryParts
+    memory : MemoryParts
         Stops, branches, loops and dry friction over the deflection.
     """
 
     effect_class: str
     force: ForceLaw | None
     friction: tuple[float, float]
-    parts: MemoryParts
+    memory: MemoryParts
 
     def of_size(self, size: float) -> ForceLaw | None:
         """Force of another size; None of a law without table."""
@@ -147,11 +147,11 @@ def law_of_effect(
         plus, minus = np.abs(force(np.zeros(2), np.array([1.0, -1.0]) * _AT_REST)).tolist()
         smooth = y - np.where(visited > 0.0, plus, 0.0) + np.where(visited < 0.0, minus, 0.0)
         friction = (Friction(ELEMENT, plus, minus),) if plus or minus else ()
-        parts: tuple[Part, ...] = (Table(ELEMENT, visited, smooth), *friction)
+        terms: tuple[LawTerm, ...] = (Table(ELEMENT, visited, smooth), *friction)
     else:
         is_damping = effect_class == COUPLED_DAMPING
-        parts = (Table(ELEMENT, visited, force(visited, still + float(is_damping))),)
-    return Law("", ELEMENT, effect_class, units, parts)
+        terms = (Table(ELEMENT, visited, force(visited, still + float(is_damping))),)
+    return Law("", ELEMENT, effect_class, units, terms)
 
 
 def _table_force(table: Table, effect_class: str) -> ForceLaw:

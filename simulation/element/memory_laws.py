@@ -30,8 +30,8 @@ from carrierflex.simulation.laws import (
     Branch,
     Friction,
     Law,
+    LawTerm,
     Loop,
-    Part,
     Stop,
 )
 
@@ -116,36 +116,38 @@ def memory_parts(law: Law) -> MemoryParts:
     )
 
 
-def law_parts(parts: MemoryParts) -> tuple[Part, ...]:
+def law_terms(memory: MemoryParts) -> tuple[LawTerm, ...]:
     """Parts of a law of which :func:`memory_parts` makes these rows."""
-    stops = [dict(zip(StopPlaces._fields, row, strict=True)) for row in parts.stops.tolist()]
+    stops = [dict(zip(StopPlaces._fields, row, strict=True)) for row in memory.stops.tolist()]
     return (
         *(Stop(ELEMENT, **values) for values in stops),
-        *(Branch(ELEMENT, tau, stiffness) for tau, stiffness in parts.branches.tolist()),
-        *(Loop(ELEMENT, row[0], row[1], row[LOOP_STIFFNESS:]) for row in parts.loops),
+        *(Branch(ELEMENT, tau, stiffness) for tau, stiffness in memory.branches.tolist()),
+        *(Loop(ELEMENT, row[0], row[1], row[LOOP_STIFFNESS:]) for row in memory.loops),
         *(
-            [Friction(ELEMENT, x=parts.levels[:, NODE], level=parts.levels[:, LEVEL])]
-            * bool(parts.levels.size)
+            [Friction(ELEMENT, x=memory.levels[:, NODE], level=memory.levels[:, LEVEL])]
+            * bool(memory.levels.size)
         ),
     )
 
 
-def joined_parts(parts: Sequence[tuple[MemoryParts, float]]) -> MemoryParts:
+def joined_parts(sized_laws: Sequence[tuple[MemoryParts, float]]) -> MemoryParts:
     """Parts of laws, the forces of each times a factor.
 
     Parameters
     ----------
-    parts : sequence of (MemoryParts, float)
+    sized_laws : sequence of (MemoryParts, float)
         Parts of every law with its size.
     """
-    if not parts:
+    if not sized_laws:
         return NO_PARTS
-    levels = [(law.levels, size) for law, size in parts if law.levels.size]
+    levels = [(law.levels, size) for law, size in sized_laws if law.levels.size]
     return MemoryParts(
-        np.concatenate([_times(law.stops, size, slice(FIRST_FORCE, None)) for law, size in parts]),
-        np.concatenate([_times(law.branches, size, STIFFNESS) for law, size in parts]),
+        np.concatenate(
+            [_times(law.stops, size, slice(FIRST_FORCE, None)) for law, size in sized_laws]
+        ),
+        np.concatenate([_times(law.branches, size, STIFFNESS) for law, size in sized_laws]),
         _joined_levels(levels),
-        np.concatenate([_times(law.loops, size, LOOP_FORCE) for law, size in parts]),
+        np.concatenate([_times(law.loops, size, LOOP_FORCE) for law, size in sized_laws]),
     )
 
 
@@ -165,24 +167,24 @@ def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:
     return np.column_stack([nodes, np.sum(sums, axis=0)])
 
 
-def flat_parts(parts: MemoryParts) -> Array:
+def flat_parts(memory: MemoryParts) -> Array:
     """Parts as one array for the compiled code, at rest: empty where there is none.
 
     Numbers of stops, branches, nodes of dry friction and smooth loops, the row of each stop and its
     state, the row of each branch and its force, the row of each node, the row of each loop and its
     state.
     """
-    kinds = (parts.stops, parts.branches, parts.levels, parts.loops)
+    kinds = (memory.stops, memory.branches, memory.levels, memory.loops)
     if not sum(rows.size for rows in kinds):
         return np.empty(0)
     counts = np.array([len(rows) for rows in kinds], dtype=np.float64)
     return np.concatenate(
         [
             counts,
-            _with_states(parts.stops),
-            _with_states(parts.branches),
-            parts.levels.ravel(),
-            _with_states(parts.loops),
+            _with_states(memory.stops),
+            _with_states(memory.branches),
+            memory.levels.ravel(),
+            _with_states(memory.loops),
         ]
     )
 

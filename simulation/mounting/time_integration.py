@@ -117,14 +117,14 @@ class MarchState:
         Time [s].
     states, memories : tuple of ndarray
         Linear states, and memory of the elements.
-    parts : tuple of ndarray
+    law_states : tuple of ndarray
         States of the parts with a memory of measured laws; empty where a block has none.
     """
 
     time: float
     states: tuple[Array, ...]
     memories: tuple[Array, ...]
-    parts: tuple[Array, ...]
+    law_states: tuple[Array, ...]
 
 
 def mounting_model(
@@ -245,8 +245,8 @@ def state_at_rest(model: MountingModel, loads: Array, time: float = 0.0) -> Marc
         phi = block.force_at_rest(u) + friction
         states.append(state)
         memories.append(np.stack([friction, u, phi, phi, phi]))
-    parts = tuple(_parts_at_rest(block) for block in model.blocks)
-    return MarchState(time, tuple(states), tuple(memories), parts)
+    law_states = tuple(_parts_at_rest(block) for block in model.blocks)
+    return MarchState(time, tuple(states), tuple(memories), law_states)
 
 
 def _parts_at_rest(block: Block) -> Array:
@@ -290,7 +290,7 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
     signals = np.zeros((len(loads), 6))
     signals[0] = first_signals(model, state)
     states, memories = [x.copy() for x in state.states], [x.copy() for x in state.memories]
-    parts = [x.copy() for x in state.parts]
+    law_states = [x.copy() for x in state.law_states]
     good, stopped = len(loads) - 1, None
     for row, block in enumerate(model.blocks):
         # After one block has stopped, the other one need only come as far: it may have stopped
@@ -298,7 +298,7 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
         reached, why = _march_block(
             model,
             row,
-            (states[row], memories[row], parts[row]),
+            (states[row], memories[row], law_states[row]),
             loads[: good + 1],
             signals,
         )
@@ -310,13 +310,13 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
         state.time + (len(loads) - 1) * model.interval,
         tuple(states),
         tuple(memories),
-        tuple(parts),
+        tuple(law_states),
     )
 
 
 def _march_block(
     model: MountingModel,
-    place: int,
+    index: int,
     state: tuple[Array, Array, Array],
     loads: Array,
     signals: Array,
@@ -325,9 +325,9 @@ def _march_block(
 
     The last good sample, and coordinate and outcome where it came no further.
     """
-    block = model.blocks[place]
-    matrices = model.propagators[place]
-    x, memory, parts = state
+    block = model.blocks[index]
+    matrices = model.propagators[index]
+    x, memory, law_states = state
     if not (loads[:, block.G.any(axis=0)].any() or x.any() or memory.any()):
         # At rest without a load it stays there: a run with vertical loads alone saves a third of
         # its time.
@@ -341,7 +341,7 @@ def _march_block(
     if tables is not None:
         # The march writes states among the laws, and moves parts twice a step.
         tables = moved_every(tables, 0.5 * model.interval / model.substeps)
-        states_of(tables)[:] = parts
+        states_of(tables)[:] = law_states
     good, coordinate, outcome = march_nonlinear(
         record,
         block.output,
@@ -355,7 +355,7 @@ def _march_block(
     )
     x[:], memory[:] = _standing(record, len(x))
     if tables is not None:
-        parts[:] = states_of(tables)
+        law_states[:] = states_of(tables)
     return good, None if outcome == DONE else (coordinate, outcome)
 
 

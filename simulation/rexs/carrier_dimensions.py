@@ -158,7 +158,7 @@ def _sections(stage: PlanetaryStage, shaft: Component) -> list[tuple[float, floa
     """Sections of a shaft from upwind, with their ends along x [m]."""
     origin = stage.x(shaft)
     sections = []
-    for section in stage.model.parts(shaft, "shaft_section"):
+    for section in stage.model.parts_of(shaft, "shaft_section"):
         length = stage.model.number(section, "length")
         if origin is None or length is None:
             continue
@@ -172,7 +172,7 @@ def _pin(numbers: Numbers) -> None:
     """Pins as thick as their middle section."""
     stage = numbers.stage
     planet = stage.planets[0]
-    sections = [] if planet.pin is None else stage.model.parts(planet.pin, "shaft_section")
+    sections = [] if planet.pin is None else stage.model.parts_of(planet.pin, "shaft_section")
     for section in sections[len(sections) // 2 :]:
         numbers.take("pin", "diameter", section, "outer_diameter_begin")
     numbers.default("pin", "diameter")

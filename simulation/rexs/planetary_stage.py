@@ -174,14 +174,14 @@ def planetary_stage(model: RexsModel, stage: Component) -> PlanetaryStage:
     """
     sun, ring, meshes = _gears(model, stage)
     sun_shaft, ring_shaft = (model.assembly_of(gear, "shaft") for gear in (sun, ring))
-    carriers = model.parts(stage, "planet_carrier")
+    carriers = model.parts_of(stage, "planet_carrier")
     if len(carriers) > 1:
         raise ValueError(
             f"{model.path}: {stage} has {len(carriers)} planet carriers: "
             f"{', '.join(str(each.id) for each in carriers)}; expected one"
         )
     carrier = carriers[0] if carriers else None
-    members = model.parts(carrier, "shaft") if carrier is not None else []
+    members = model.parts_of(carrier, "shaft") if carrier is not None else []
     related = list(model.related("planet_carrier_shaft", "planetary_stage", stage, "shaft"))
     axis = _axis(model, sun_shaft or sun)
     pins = list(model.related("planet_pin", "planetary_stage", stage, "shaft")) or [
@@ -189,7 +189,7 @@ def planetary_stage(model: RexsModel, stage: Component) -> PlanetaryStage:
     ]
     known = {pin.id for pin in pins}
     shafts = list({each.id: each for each in [*related, *members] if each.id not in known}.values())
-    carrier_loads = [load for shaft in shafts for load in model.parts(shaft, "external_load")]
+    carrier_loads = [load for shaft in shafts for load in model.parts_of(shaft, "external_load")]
     notes: list[str] = []
     x_axis, z_axis = _frame(model, axis[1], (shafts, sun), notes)
     axes = np.array([x_axis, np.cross(z_axis, x_axis), z_axis])
@@ -197,7 +197,7 @@ def planetary_stage(model: RexsModel, stage: Component) -> PlanetaryStage:
     def from_upwind(components: Iterable[Component]) -> tuple[Component, ...]:
         return _along(model, components, x_axis)
 
-    plates = from_upwind(model.parts(carrier, "side_plate") if carrier is not None else [])
+    plates = from_upwind(model.parts_of(carrier, "side_plate") if carrier is not None else [])
     planets = tuple(
         _planet(model, gear, pair, (pins, plates, axis, x_axis)) for gear, pair in meshes
     )
@@ -226,7 +226,9 @@ def planetary_stage(model: RexsModel, stage: Component) -> PlanetaryStage:
         downwind_bearings=tuple(each for each in bearings if each not in upwind),
         sun_bearings=from_upwind(_between(model, on_sun, _casings(model))),
         carrier_loads=tuple(carrier_loads),
-        sun_loads=tuple(model.parts(sun_shaft, "external_load") if sun_shaft is not None else ()),
+        sun_loads=tuple(
+            model.parts_of(sun_shaft, "external_load") if sun_shaft is not None else ()
+        ),
         axes=axes,
         notes=tuple(notes),
     )
@@ -279,7 +281,7 @@ def _gears(
 ) -> tuple[Component, Component, list[tuple[Component, tuple[Component, Component]]]]:
     """Sun, ring, and each planet with its meshes with sun and ring."""
     partners: dict[int, dict[int, Component]] = {}
-    for mesh in model.parts(stage, "cylindrical_stage"):
+    for mesh in model.parts_of(stage, "cylindrical_stage"):
         pair = [
             gear
             for role in ("gear_1", "gear_2")
@@ -333,9 +335,9 @@ def _off_axis(model: RexsModel, component: Component, axis: _Axis) -> float:
     return 0.0 if centre is None else float(np.linalg.norm(_across(centre, axis)))
 
 
-def _across(place: NDArray[np.float64], axis: _Axis) -> NDArray[np.float64]:
+def _across(point: NDArray[np.float64], axis: _Axis) -> NDArray[np.float64]:
     """Part of a place's vector from the axis that is perpendicular to it."""
-    arm = place - axis[0]
+    arm = point - axis[0]
     return np.asarray(arm - axis[1] * (axis[1] @ arm))
 
 
@@ -351,7 +353,7 @@ def _frame(
     loaded = [
         float(u @ (placed[1] + (model.number(load, "u_coordinate_on_shaft") or 0.0) * placed[0][0]))
         for shaft in shafts
-        for load in model.parts(shaft, "external_load")
+        for load in model.parts_of(shaft, "external_load")
         if (placed := placement(model, shaft)) is not None
     ]
     x = -u if loaded and middle is not None and loaded[0] > u @ middle else u

@@ -88,7 +88,7 @@ class RexsModel:
                 if other in each.roles:
                     yield self.components[each.roles[other]]
 
-    def parts(self, assembly: Component, *types: str) -> list[Component]:
+    def parts_of(self, assembly: Component, *types: str) -> list[Component]:
         """Components that belong to an assembly."""
         members = (
             member

@@ -81,11 +81,11 @@ class Numbers:
         self._unit_of = unit_of
         self._shipped: Mapping[str, object] = shipped_tables()
 
-    def __getitem__(self, place: tuple[str, str]) -> float:
-        return self.values[place].number
+    def __getitem__(self, item: tuple[str, str]) -> float:
+        return self.values[item].number
 
-    def __contains__(self, place: object) -> bool:
-        return place in self.values
+    def __contains__(self, item: object) -> bool:
+        return item in self.values
 
     def put(self, table: str, key: str, number: float, how: How, source: str) -> None:
         """Keep a value, unless there is one; twelve digits."""

@@ -111,7 +111,7 @@ class RunMeans:
         ``F/n + (M_t, -M_r) x_k / Σ x^2`` of pin force F and moment M, places x from their mean.
         """
         bearings = self.stage.planets[p - 1].bearings
-        x = _places(self.stage, bearings)
+        x = _axial_positions(self.stage, bearings)
         force = np.array([columns[f"pin_{p}_force_{name}"] for name in ("radial", "tangential")])
         moment = np.array([columns[f"pin_{p}_moment_{name}"] for name in ("tangential", "radial")])
         moment[1] *= -1.0
@@ -146,7 +146,7 @@ class RunMeans:
 
         ``F_y/n + M_z x_k / Σ x^2`` and ``F_z/n - M_y x_k / Σ x^2``.
         """
-        stage, x = self.stage, _places(self.stage, bearings)
+        stage, x = self.stage, _axial_positions(self.stage, bearings)
         results = {}
         for k, bearing in enumerate(bearings):
             across = load[1:3] / len(bearings) + np.array([load[4], -load[3]]) * _lever(x, k)
@@ -159,11 +159,11 @@ class RunMeans:
         return results
 
 
-def _places(stage: PlanetaryStage, bearings: Iterable[Component]) -> NDArray[np.float64]:
+def _axial_positions(stage: PlanetaryStage, bearings: Iterable[Component]) -> NDArray[np.float64]:
     """Places of bearings along x from their mean [m]; zeros where one is not stated."""
     stated = [stage.x(bearing) for bearing in bearings]
-    places = np.array([0.0 if None in stated or x is None else x for x in stated])
-    return places - places.mean() if len(places) else places
+    positions = np.array([0.0 if None in stated or x is None else x for x in stated])
+    return positions - positions.mean() if len(positions) else positions
 
 
 def _lever(x: NDArray[np.float64], k: int) -> float:

@@ -201,11 +201,11 @@ def _carries(numbers: Numbers, bearing: Component, attribute: str) -> bool:
 def _tilt(numbers: Numbers, bearings: tuple[Component, ...], names: str) -> tuple[float, str]:
     model, stage = numbers.model, numbers.stage
     tilt = sum(model.number(bearing, "bending_stiffness") or 0.0 for bearing in bearings)
-    places = [stage.x(bearing) for bearing in bearings]
+    positions = [stage.x(bearing) for bearing in bearings]
     stiffness = [_stiffness(numbers, (bearing,), "radial_stiffness") or 0.0 for bearing in bearings]
     source = f"{names} bending_stiffness"
-    if None not in places and sum(stiffness) > 0.0:
-        pairs = [(k, x) for k, x in zip(stiffness, places, strict=True) if x is not None]
+    if None not in positions and sum(stiffness) > 0.0:
+        pairs = [(k, x) for k, x in zip(stiffness, positions, strict=True) if x is not None]
         # Rigid bearings: what counts of them as rigid, so that a tilt is as stiff as they are.
         most = RIGID * BearingData.planet_radial * numbers.scale
         pairs = [(min(k, most), x) for k, x in pairs]
@@ -257,7 +257,7 @@ def _rigid_parts(numbers: Numbers, dimensions: Numbers) -> None:
     planet = stage.planets[0]
     pin = dimensions["pin", "diameter"]
     sun_width, width = dimensions["gear", "sun_width"], dimensions["gear", "planet_width"]
-    parts = (
+    bodies = (
         ("planet", planet.gear, planet.shaft, (pin, transverse * planet_teeth), width),
         ("sun", stage.sun, None, (0.0, transverse * sun_teeth), sun_width),
         (
@@ -268,7 +268,7 @@ def _rigid_parts(numbers: Numbers, dimensions: Numbers) -> None:
             width,
         ),
     )
-    for name, gear, shaft, (bore, outside), b in parts:
+    for name, gear, shaft, (bore, outside), b in bodies:
         rho = _density(stage, gear) or _STEEL
         masses = [model.number(each, "mass_of_component") for each in (gear, shaft)]
         if masses[0] is not None:
@@ -288,7 +288,7 @@ def _rigid_parts(numbers: Numbers, dimensions: Numbers) -> None:
 def _ring_outside(stage: PlanetaryStage) -> float | None:
     """Outer diameter of the ring: that of its shaft's widest section [m]."""
     sections = (
-        [] if stage.ring_shaft is None else stage.model.parts(stage.ring_shaft, "shaft_section")
+        [] if stage.ring_shaft is None else stage.model.parts_of(stage.ring_shaft, "shaft_section")
     )
     diameters = [stage.model.number(section, "outer_diameter_begin") for section in sections]
     return max((diameter for diameter in diameters if diameter is not None), default=None)
@@ -411,7 +411,7 @@ def _forces(numbers: Numbers, case: LoadCase | None) -> tuple[float, float]:
     total = [0.0, 0.0]
     for shaft in stage.carrier_shafts:
         axes = stage.axes_of(shaft)
-        for load in model.parts(shaft, "external_load"):
+        for load in model.parts_of(shaft, "external_load"):
             force = [model.number(load, f"force_{axis}_direction", case) or 0.0 for axis in "uvw"]
             total = [total[k] + float(stage.axes[k + 1] @ (force @ axes)) for k in (0, 1)]
     return total[0], total[1]

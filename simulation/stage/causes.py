@@ -168,8 +168,8 @@ def _tilted(effects: StageEffects, added: complex) -> tuple[float, float]:
 
 def _moved_pins(effects: StageEffects, amounts: Array) -> list[float]:
     """Places of the pins [m], all but the first moved by so much more."""
-    places = np.array(effects.of_planets("pin_offset", len(amounts) + 1))
-    return (places + np.append(0.0, amounts)).tolist()
+    positions = np.array(effects.of_planets("pin_offset", len(amounts) + 1))
+    return (positions + np.append(0.0, amounts)).tolist()
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ class GapSeries:
     weights: Array
     is_axial: NDArray[np.bool_]
 
-    def left(self, added: StageReadings) -> float:
+    def residual_square(self, added: StageReadings) -> float:
         """Sum of squares that is left where the stage reads so much more."""
         return float(np.sum((self._values(self.series) - self._added(added)) ** 2))
 
@@ -397,11 +397,11 @@ def _updated(
     slopes = [slope for slope in given if slope is not None]
     if gap is None or len(slopes) < len(given):
         return given
-    before = gap.left(slopes[0] * 0.0)
+    before = gap.residual_square(slopes[0] * 0.0)
     for _ in range(_ROUNDS):
         amounts = gap.amounts(slopes)
         linear = replace(slopes[0], series=np.tensordot(amounts, [s.series for s in slopes], 1))
-        if gap.left(linear) >= _FAVOURED * before:
+        if gap.residual_square(linear) >= _FAVOURED * before:
             break
         solved = solve(_Change(_moved(name, stage, amounts)))
         if solved is None:
@@ -417,8 +417,8 @@ def _updated(
 
 def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect | None:
     """Cause that is linear in its parameters; None where the stage was not solved."""
-    whole = tuple(slope for slope in slopes if slope is not None)
-    if len(whole) < len(slopes):
+    solved = tuple(slope for slope in slopes if slope is not None)
+    if len(solved) < len(slopes):
         return None
     if name == JOINT_TILT:
         parameters = tilt_pair("phi_PLC", "theta_PLC")
@@ -426,9 +426,9 @@ def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect 
         farthest = 10.0 * _PIN_PLACE
         parameters = tuple(
             EffectParameter(f"pin_{k + 2}", "m", -farthest, farthest, _PIN_PLACE)
-            for k in range(len(whole))
+            for k in range(len(solved))
         )
-    return _effect(name, parameters=parameters, pattern=_Directions(whole))
+    return _effect(name, parameters=parameters, pattern=_Directions(solved))
 
 
 def _sizes(
@@ -455,13 +455,13 @@ def _refined(
     cause, sizes = solved
     if sizes is None or gap is None:
         return sizes
-    before = gap.left(sizes.added[0] * 0.0)
+    before = gap.residual_square(sizes.added[0] * 0.0)
     for _ in range(_ROUNDS):
         ends = pairwise(sizes.nodes.tolist())
         tried = np.concatenate([np.linspace(a, b, _BETWEEN, endpoint=False)[1:] for a, b in ends])
-        left = [gap.left(sizes.at(size)) for size in tried.tolist()]
-        size = float(tried[int(np.argmin(left))])
-        if min(left) > _FAVOURED * before:
+        residuals = [gap.residual_square(sizes.at(size)) for size in tried.tolist()]
+        size = float(tried[int(np.argmin(residuals))])
+        if min(residuals) > _FAVOURED * before:
             break
         added = solve(_Change(cause.changed(stage, size)))
         if added is None:

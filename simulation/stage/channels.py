@@ -348,7 +348,7 @@ def _flank_lines(
 def _approach_row(layout: CoordinateLayout, line: FlankLine) -> NDArray[np.float64]:
     """Approach ``n · (u_mate - u_planet)`` at the pitch point, shape (n,)."""
     row = np.zeros(layout.n)
-    for part, sign in ((line.mate, 1.0), (f"planet_{line.planet}", -1.0)):
-        displacement = motion_at(line.point - layout.centre(part))[:3]
-        row[layout.rows[part]] = sign * line.normal @ displacement
+    for body, sign in ((line.mate, 1.0), (f"planet_{line.planet}", -1.0)):
+        displacement = motion_at(line.point - layout.centre(body))[:3]
+        row[layout.rows[body]] = sign * line.normal @ displacement
     return row

@@ -79,13 +79,13 @@ def run_by_generalised_alpha(
     loads = drive(np.asarray(np.arange(n_kept * every + 1) * h, np.float64))
     inverse = stepper.stage.Phi.T @ model.M
     state = stepper.begun(inverse @ start[0], inverse @ start[1], loads[0])
-    kept = []
+    states = []
     for k in range(1, len(loads)):
         state = stepper.step(state, loads[k])
         if k % every == 0:
-            kept.append((state.q, state.v))
-    c = np.array([q for q, _ in kept]) @ stepper.stage.Phi.T
-    c_rate = np.array([v for _, v in kept]) @ stepper.stage.Phi.T
+            states.append((state.q, state.v))
+    c = np.array([q for q, _ in states]) @ stepper.stage.Phi.T
+    c_rate = np.array([v for _, v in states]) @ stepper.stage.Phi.T
     return StageRecord(time, c, c_rate, drive(time), np.zeros((n_kept, 6)))
 
 
@@ -127,7 +127,7 @@ class _Stepper:
         h = self.h
         beta = self.beta
         gamma = self.gamma
-        kept = 1.0 - self.alpha_f
+        end_weight = 1.0 - self.alpha_f
         stiffness, D = self.stage.omega**2, self.stage.D
         # What the step would bring with no acceleration at its end.
         q = old.q + h * old.v + h**2 * (0.5 - beta) * old.a
@@ -136,10 +136,10 @@ class _Stepper:
         external = self._external(angle, load)
         known = (
             self.alpha_f * old.force
-            + kept * external
+            + end_weight * external
             - self.alpha_m * old.a
-            - D @ (kept * v + self.alpha_f * old.v)
-            - stiffness * (kept * q + self.alpha_f * old.q)
+            - D @ (end_weight * v + self.alpha_f * old.v)
+            - stiffness * (end_weight * q + self.alpha_f * old.q)
         )
         free = self.A_inverse @ known
         a, channels = self._balanced(q, v, free, old.channels)

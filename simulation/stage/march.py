@@ -549,8 +549,8 @@ def advance(
         for i in range(m):
             load_rate[i] += follow * force[i]
         if unsettled >= 0 or not np.isfinite(_largest_size(w)):
-            kept = step // every
-            return x_kept[:kept], y_kept[:kept], work[:kept], step, unsettled
+            n_stored = step // every
+            return x_kept[:n_stored], y_kept[:n_stored], work[:n_stored], step, unsettled
         for j in range(len(gaps)):
             i = _FLANKS + j
             pushes[1, j] = pushes[0, j]
@@ -594,8 +594,8 @@ def advance(
         for i in range(m):
             delta[i] += h * s[i]
         if (step + 1) % every == 0:
-            kept = step // every
-            x_kept[kept] = x
-            y_kept[kept] = y
-            work[kept] = total
+            row = step // every
+            x_kept[row] = x
+            y_kept[row] = y
+            work[row] = total
     return x_kept, y_kept, work, len(drive), -1

@@ -114,14 +114,14 @@ def mesh_misalignment(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.f
     return slopes
 
 
-def part_tilt(model: StageModel, part: str, c: NDArray[np.float64]) -> NDArray[np.float64]:
+def part_tilt(model: StageModel, body: str, c: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rotation of a rigid part about y and z of the carrier frame over N instants.
 
     Parameters
     ----------
     model : StageModel
         The stage.
-    part : str
+    body : str
         ``sun``, ``ring``, ``housing`` or ``planet_i``.
     c : ndarray, shape (N, n)
         Coordinates.
@@ -131,7 +131,7 @@ def part_tilt(model: StageModel, part: str, c: NDArray[np.float64]) -> NDArray[n
     ndarray, shape (N, 2)
         Rotations [rad].
     """
-    rows = model.layout.rows[part][4:6]
+    rows = model.layout.rows[body][4:6]
     return np.asarray(c[:, 1:] @ model.L[rows, 1:].T)
 
 

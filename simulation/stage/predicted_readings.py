@@ -105,12 +105,12 @@ def load_points(loads: Array, scale: Array) -> LoadPoints:
     scale : ndarray, shape (3,)
         As of :class:`LoadPoints`.
     """
-    places = loads / scale
+    scaled = loads / scale
     chosen = [0]
-    distance = np.linalg.norm(places - places[0], axis=1)
+    distance = np.linalg.norm(scaled - scaled[0], axis=1)
     while distance.max() > _NEAR and len(chosen) < _MOST_POINTS:
         chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(places - places[chosen[-1]], axis=1))
+        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[chosen[-1]], axis=1))
     return LoadPoints(loads[chosen], scale)
 
 

@@ -119,11 +119,11 @@ def rim_reader(model: StageModel) -> RimReader:
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
     # But for its first column L selects: all coordinates of the body but one, which come first.
-    kept = model.L[: body.model.n_coordinates, 1:].any(axis=1)
+    retained = model.L[: body.model.n_coordinates, 1:].any(axis=1)
     series_of = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):
         rows = _rows_named(body.model.sensor_names, prefix)
-        series = _series(body.model.sensor_rows[rows])[:, kept]
+        series = _series(body.model.sensor_rows[rows])[:, retained]
         # A turn about the axis moves no rim point axially or radially; rounding of it would grow
         # with the angle.
         columns = ((0, 0), (1, len(model.L) - 1 - series.shape[1]))

@@ -197,14 +197,14 @@ def run_stage(
         energy = np.concatenate([spent + work, stored[:, None]], axis=1)
         c = x_kept @ motion
         runaway = np.flatnonzero(~(np.abs(c[:, 1:]) < _RUN_AWAY).all(axis=1))
-        kept = runaway[0] if len(runaway) else len(c)
-        if kept:
-            instants = _checked(drive(time[:kept]))
-            c_rate = y_kept[:kept] @ motion
-            yield StageRecord(time[:kept], c[:kept], c_rate, instants, energy[:kept])
-        if kept < count:
-            if kept < len(c):
-                raise StageDivergedError(time[kept], _largest(model, c[kept]))
+        n_bounded = runaway[0] if len(runaway) else len(c)
+        if n_bounded:
+            instants = _checked(drive(time[:n_bounded]))
+            c_rate = y_kept[:n_bounded] @ motion
+            yield StageRecord(time[:n_bounded], c[:n_bounded], c_rate, instants, energy[:n_bounded])
+        if n_bounded < count:
+            if n_bounded < len(c):
+                raise StageDivergedError(time[n_bounded], _largest(model, c[n_bounded]))
             raise _diverged(model, x @ motion, (first * every + done) * h, unsettled)
         spent = spent + work[-1]
 

@@ -85,17 +85,17 @@ def roller_load(
         Take the answer.
     """
     # Once: an array of a tuple is counted in and out wherever it is named.
-    places, gaps = rollers.x, rollers.gap
+    positions, gaps = rollers.x, rollers.gap
     stiffness, directions = rollers.stiffness, rollers.directions
     y, z, ry, rz = motion[0], motion[1], motion[2], motion[3]
-    n_rollers, n_slices = directions.shape[1], len(places)
+    n_rollers, n_slices = directions.shape[1], len(positions)
     turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
     # Of the rollers that may touch: cosine and sine, approach and root of every slice.
     lines = np.empty((2, n_rollers))
     approach, roots = np.empty(n_rollers * n_slices), np.empty(n_rollers * n_slices)
     reach, least, n = 0.0, np.inf, 0
     for j in range(n_slices):
-        reach, least = max(reach, abs(places[j])), min(least, gaps[j])
+        reach, least = max(reach, abs(positions[j])), min(least, gaps[j])
     for i in range(n_rollers):
         c0, s0 = directions[b, i, 0], directions[b, i, 1]
         s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
@@ -103,7 +103,7 @@ def roller_load(
         if middle + reach * abs(slope) > least:
             lines[0, n], lines[1, n] = c, s
             for j in range(n_slices):
-                approach[n * n_slices + j] = middle + slope * places[j] - gaps[j]
+                approach[n * n_slices + j] = middle + slope * positions[j] - gaps[j]
             n += 1
     _ninth_roots(approach[: n * n_slices], roots)
     force[:] = 0.0
@@ -112,7 +112,7 @@ def roller_load(
     for i in range(n):
         Q, M, k, kx, kxx = 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n_slices):
-            delta, x = approach[i * n_slices + j], places[j]
+            delta, x = approach[i * n_slices + j], positions[j]
             if delta <= 0.0:
                 continue
             secant = stiffness[b, j] * roots[i * n_slices + j]

@@ -233,10 +233,10 @@ def _seat_rotation(layout: CoordinateLayout) -> int:
 
 def _split(layout: CoordinateLayout) -> NDArray[np.float64]:
     """Matrix L: carrier angle along the drive motion in place of the upwind seat's rotation."""
-    kept = np.delete(np.arange(layout.n), _seat_rotation(layout))
+    retained = np.delete(np.arange(layout.n), _seat_rotation(layout))
     L = np.zeros((layout.n, layout.n))
     L[:, 0] = layout.drive_motion
-    L[kept, np.arange(1, layout.n)] = 1.0
+    L[retained, np.arange(1, layout.n)] = 1.0
     return L
 
 

@@ -226,7 +226,7 @@ def _readings(
     rim = np.stack([reader.radial @ Phi, reader.axial @ Phi])
     tilt = np.stack([reader.misaligned_radial, reader.misaligned_axial])
     errors: Mapping[str, SensorError] = effects.sensors or {}
-    own = [errors.get(sensor.name, SensorError()) for sensor in sensors]
+    sensor_errors = [errors.get(sensor.name, SensorError()) for sensor in sensors]
     at_rest = dict.fromkeys((sensor.name for sensor in sensors), 0.0)
     if rest_angle is not None:
         at_rest |= rest_readings(model, sensors, rest_angle, effects=effects, gravity=gravity)
@@ -240,11 +240,13 @@ def _readings(
         "HOUSING": model.channels.B[:, model.channels.housing].T @ Phi,
         "HOUSING_X": float(model.data.housing.x),
         "ON_HOUSING": 1.0 if effects.reference == "housing" else 0.0,
-        "SENSOR_ANGLE": np.array([s.angle + e.angle for s, e in zip(sensors, own, strict=True)]),
+        "SENSOR_ANGLE": np.array(
+            [s.angle + e.angle for s, e in zip(sensors, sensor_errors, strict=True)]
+        ),
         "SENSOR_RADIUS": np.array([sensor.radius for sensor in sensors]),
         "SENSOR_AXIAL": np.array([sensor.quantity == AXIAL for sensor in sensors]).astype(np.intp),
-        "SENSOR_GAIN": np.array([1.0 + error.gain for error in own]),
+        "SENSOR_GAIN": np.array([1.0 + error.gain for error in sensor_errors]),
         "SENSOR_ZERO": np.array(
-            [e.zero - at_rest[s.name] for s, e in zip(sensors, own, strict=True)]
+            [e.zero - at_rest[s.name] for s, e in zip(sensors, sensor_errors, strict=True)]
         ),
     }

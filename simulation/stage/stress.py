@@ -127,8 +127,8 @@ def surface_with_pins(carrier: BodyStresses, pin: BodyStresses, n_planets: int) 
     surface = replace(carrier, S=carrier.S[:, :, :0])
     for number, angle in enumerate(pin_angles(n_planets), start=1):
         turned = turned_stresses(replace(pin, S=pin.S[:, :, :0]), float(angle))
-        parts = [name.removeprefix("pin_1_") for name in pin.surface_names]
-        names = (*(pin_pilot(number, name) for name in parts), f"pin_{number}")
+        surfaces = [name.removeprefix("pin_1_") for name in pin.surface_names]
+        names = (*(pin_pilot(number, name) for name in surfaces), f"pin_{number}")
         of_pin = np.where(turned.surface_of == UNNAMED, len(names) - 1, turned.surface_of)
         surface = BodyStresses(
             points=np.concatenate([surface.points, turned.points]),

@@ -94,9 +94,9 @@ def test_several_are_refused_unless_they_are_one_surface_or_stated():
         ),
     ):
         bore().chosen(apart, TOLERANCE)
-    assert len(bore(parts=2).chosen(apart, TOLERANCE)) == 2
+    assert len(bore(n_bands=2).chosen(apart, TOLERANCE)) == 2
     with pytest.raises(ValueError, match=r"1 separate surfaces .*; expected 2"):
-        bore(parts=2, window=(0.2, 0.5)).chosen(apart, TOLERANCE)
+        bore(n_bands=2, window=(0.2, 0.5)).chosen(apart, TOLERANCE)
     # Halves of one cylinder share an edge; what a notch separates lies side by side around the
     # axis.
     assert (

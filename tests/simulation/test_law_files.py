@@ -17,9 +17,9 @@ from carrierflex.simulation.laws import (
     EFFECT_CLASSES,
     ELEMENT,
     MOUNTING,
-    PART_TYPES,
     PORT,
     STARBOARD,
+    TERM_TYPES,
     Branch,
     Friction,
     Law,
@@ -127,7 +127,7 @@ def test_laws_of_every_class_and_parts_of_every_type_are_tried():
         *product([MOUNTING], of_bushings),
         *product([CARRIER], RIM_PATTERNS),
     }
-    assert {type(term) for law in LAWS.values() for term in law.parts} == set(PART_TYPES)
+    assert {type(term) for law in LAWS.values() for term in law.terms} == set(TERM_TYPES)
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -137,8 +137,8 @@ def test_a_law_is_read_as_it_was_written(name, tmp_path):
     read = read_law(tmp_path / "law.toml")
     for key in ("name", "kind", "effect_class", "units", "visited", "rig", "measured_on"):
         assert getattr(read, key) == getattr(law, key)
-    assert [type(each) for each in read.parts] == [type(each) for each in law.parts]
-    for read_term, term in zip(read.parts, law.parts, strict=True):
+    assert [type(each) for each in read.terms] == [type(each) for each in law.terms]
+    for read_term, term in zip(read.terms, law.terms, strict=True):
         for key in fields(term):
             there, here = getattr(read_term, key.name), getattr(term, key.name)
             if isinstance(here, np.ndarray):
@@ -154,7 +154,7 @@ def test_the_file_of_the_manual_is_a_law(tmp_path):
     example = re.search(r'```toml\n(format = "carrierflex-law".*?)```', page, re.DOTALL)
     (tmp_path / "law.toml").write_text(example[1], encoding="utf-8")
     law = read_law(tmp_path / "law.toml")
-    assert [term.type for term in law.parts] == ["table", "friction"]
+    assert [term.type for term in law.terms] == ["table", "friction"]
     assert law.units == ("N", "m")
 
 
@@ -270,24 +270,24 @@ def test_a_damaged_file_is_refused_by_its_key(name, old, new, message, tmp_path)
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (replace(TILT, parts=()), "key 'part' is []; expected at least one table"),
+        (replace(TILT, terms=()), "key 'part' is []; expected at least one table"),
         (replace(TILT, visited={}), "[visited] has no key; expected torque, ntl_y, ntl_z"),
         (replace(TILT, rig={}), "missing table [rig]; expected n_planets and sensor_radius"),
         (replace(TILT, visited={**LOADS, "torque": (4e5, 1e5)}), "torque is 400000 to 100000"),
         (
-            replace(SPRING, parts=SPRING.parts * 2),
+            replace(SPRING, terms=SPRING.terms * 2),
             "2 tables [[part]] of type table; expected 1 to 1",
         ),
         (
-            replace(RELAXING, parts=RELAXING.parts[:1] * 101),
+            replace(RELAXING, terms=RELAXING.terms[:1] * 101),
             "101 tables [[part]] of type branch; expected 0 to 100",
         ),
         (
-            replace(RUBBING, parts=RUBBING.parts[1:]),
+            replace(RUBBING, terms=RUBBING.terms[1:]),
             "0 tables [[part]] of type table; expected 1 to 1",
         ),
         (
-            replace(SURFACE, parts=SURFACE.parts[1:]),
+            replace(SURFACE, terms=SURFACE.terms[1:]),
             "0 tables [[part]] of type surface; expected 1 to 1",
         ),
     ],

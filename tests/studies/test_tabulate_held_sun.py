@@ -9,11 +9,11 @@ from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from studies.tabulate_held_sun import (
     BELOW,
-    BESIDE,
     FLOOR,
     NONE,
     OTHER,
     RIGHT,
+    RIGHT_AMONG_OTHERS,
     VISIBLE,
     HeldSun,
     drawn_data,
@@ -29,8 +29,8 @@ from studies.tabulate_held_sun import (
         (5.0, ("clearance_rocking", "ntl_tilt"), (), RIGHT),
         (5.0, ("housing/tilt/torque+radial_load",), (), RIGHT),
         (5.0, ("housing/tilt/none",), (), OTHER),
-        (5.0, ("ntl_tilt", "torque_tilt"), (), BESIDE),
-        (5.0, ("channel/gain/none",), ("housing/tilt/radial_load",), BESIDE),
+        (5.0, ("ntl_tilt", "torque_tilt"), (), RIGHT_AMONG_OTHERS),
+        (5.0, ("channel/gain/none",), ("housing/tilt/radial_load",), RIGHT_AMONG_OTHERS),
         (5.0, ("housing/saddle/radial_load",), (), OTHER),
         (5.0, (), (), NONE),
     ],

@@ -90,7 +90,7 @@ def displacement(
     stack: Stack,
     K: sp.csc_array,
     motions: tuple[int, ...],
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     forces: FloatArray,
 ) -> FloatArray:
     """Displacement [m] under loads of one symmetry class.
@@ -103,7 +103,7 @@ def displacement(
         Lower triangle of :func:`stiffness`.
     motions : tuple of int
         :data:`SYMMETRIC` or :data:`ANTISYMMETRIC`.
-    held : ndarray of bool, shape (n, 3)
+    fixed : ndarray of bool, shape (n, 3)
         Directions that are held besides those of the symmetry.
     forces : ndarray, shape (k, n, 3)
         Nodal forces [N] of every load.
@@ -112,9 +112,9 @@ def displacement(
     -------
     ndarray, shape (k, n, 3)
     """
-    T = _admitted(stack, motions, held)
-    whole = K + sp.tril(K, -1).T
-    lower = sp.coo_array(sp.tril(T.T @ whole @ T))
+    T = _admitted(stack, motions, fixed)
+    symmetric = K + sp.tril(K, -1).T
+    lower = sp.coo_array(sp.tril(T.T @ symmetric @ T))
     A = spmatrix(matrix(lower.data), matrix(lower.row), matrix(lower.col), size=lower.shape)
     factor = cholmod.symbolic(A)
     cholmod.numeric(A, factor)
@@ -123,11 +123,11 @@ def displacement(
     return np.asarray((T @ np.array(b)).T.reshape(forces.shape))
 
 
-def _admitted(stack: Stack, motions: tuple[int, ...], held: NDArray[np.bool_]) -> sp.csr_array:
+def _admitted(stack: Stack, motions: tuple[int, ...], supported: NDArray[np.bool_]) -> sp.csr_array:
     """Displacement of all nodes from the unknowns that the symmetry and the supports leave."""
     symmetric = motions == SYMMETRIC
     on_pin, on_web = stack.on_pin_plane, stack.on_web_plane
-    fixed = held.copy()
+    fixed = supported.copy()
     fixed[on_pin] |= [not symmetric, symmetric, not symmetric]
     c, s = math.cos(HALF_SECTOR), math.sin(HALF_SECTOR)
     blocks = np.tile(np.eye(3), (len(stack.points), 1, 1))

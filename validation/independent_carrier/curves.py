@@ -114,17 +114,17 @@ class TruthCarrier:
 
     def bonded(self) -> ComplexArray:
         """Orders of the rim, shape (2, 11), pins bonded into their bores, shaft face held."""
-        part = self._stack({"CARRIER": LAYERS, "PINS": (PIN,)})
-        pilot = self._bore_pilot(part, "PINS", "midspan")
+        mesh = self._stack({"CARRIER": LAYERS, "PINS": (PIN,)})
+        pilot = self._bore_pilot(mesh, "PINS", "midspan")
         force, moment = _pin_load(self.d)
-        rim = part.on_plane(0.0, self.d["sensor_radius"], self.d["sensor_radius"])
-        held = np.zeros(part.points.shape, dtype=bool)
-        held[self._shaft_face(part)] = True
-        K = stiffness(part, self.carrier.materials)
+        rim = mesh.on_plane(0.0, self.d["sensor_radius"], self.d["sensor_radius"])
+        fixed = np.zeros(mesh.points.shape, dtype=bool)
+        fixed[self._shaft_face(mesh)] = True
+        K = stiffness(mesh, self.carrier.materials)
         total = np.zeros((2, len(ORDERS)), dtype=np.complex128)
         for motions, load in ((ANTISYMMETRIC, force), (SYMMETRIC, moment)):
-            u = displacement(part, K, motions, held, pilot.force(load)[None])
-            total += _orders(part, rim, u, motions)[0]
+            u = displacement(mesh, K, motions, fixed, pilot.force(load)[None])
+            total += _orders(mesh, rim, u, motions)[0]
         return total
 
     def flexible(self, *, clamped: bool = True) -> "FlexibleCarrier":
@@ -132,68 +132,69 @@ class TruthCarrier:
 
         Its shaft face is held node by node, or by its mean motion alone.
         """
-        part = self._stack({"CARRIER": LAYERS})
-        pilots = [self._bore_pilot(part, "CARRIER", plate) for plate in ("plate_a", "plate_b")]
-        shaft = self._shaft_face(part)
-        rim = part.on_plane(0.0, self.d["sensor_radius"], self.d["sensor_radius"])
-        K = stiffness(part, self.carrier.materials)
+        mesh = self._stack({"CARRIER": LAYERS})
+        pilots = [self._bore_pilot(mesh, "CARRIER", plate) for plate in ("plate_a", "plate_b")]
+        shaft = self._shaft_face(mesh)
+        rim = mesh.on_plane(0.0, self.d["sensor_radius"], self.d["sensor_radius"])
+        K = stiffness(mesh, self.carrier.materials)
         flexibility, orders = [], []
         for motions in _CLASSES:
-            held = np.zeros(part.points.shape, dtype=bool)
+            fixed = np.zeros(mesh.points.shape, dtype=bool)
             forces = [pilot.force(np.eye(6)[c]) for pilot in pilots for c in motions]
             if clamped:
-                held[shaft] = True
+                fixed[shaft] = True
             else:
-                mean = _MeanMotion(part, shaft, 0 if motions == SYMMETRIC else 3)
+                mean = _MeanMotion(mesh, shaft, 0 if motions == SYMMETRIC else 3)
                 forces = [mean.balanced(force) for force in forces]
-                held[mean.support] = True
-            u = displacement(part, K, motions, held, np.array(forces))
+                fixed[mean.support] = True
+            u = displacement(mesh, K, motions, fixed, np.array(forces))
             if not clamped:
                 u = mean.removed(u)
             flexibility.append(np.concatenate([p.motion(u, motions) for p in pilots], axis=1).T)
-            orders.append(_orders(part, rim, u, motions))
+            orders.append(_orders(mesh, rim, u, motions))
         return FlexibleCarrier(self.d, tuple(flexibility), tuple(orders))
 
     def pin_stiffness(self) -> tuple[FloatArray, FloatArray]:
         """Stiffness of the pin at its upwind end, middle and downwind end, by class: (9, 9)."""
-        part = self._stack({"PINS": (PIN,)})
-        places = ("plate_a", "midspan", "plate_b")
-        pilots = {name: self._bore_pilot(part, "PINS", name) for name in places}
-        K = stiffness(part, self.carrier.materials)
+        mesh = self._stack({"PINS": (PIN,)})
+        sections = ("plate_a", "midspan", "plate_b")
+        pilots = {name: self._bore_pilot(mesh, "PINS", name) for name in sections}
+        K = stiffness(mesh, self.carrier.materials)
         result = []
         for motions in _CLASSES:
             index = list(motions)
             # Motion of the other two that follows the upwind end rigidly.
             follow = [
-                _carried(_middle(self.d, name) - _middle(self.d, "plate_a")) for name in places[1:]
+                _carried(_middle(self.d, name) - _middle(self.d, "plate_a"))
+                for name in sections[1:]
             ]
             forces = []
-            for name, carried in zip(places[1:], follow, strict=True):
+            for name, carried in zip(sections[1:], follow, strict=True):
                 for c in motions:
                     unit = np.eye(6)[c]
                     forces.append(
                         pilots[name].force(unit) - pilots["plate_a"].force(carried.T @ unit)
                     )
-            u = displacement(part, K, motions, _three_points(part, motions), np.array(forces))
+            u = displacement(mesh, K, motions, _three_points(mesh, motions), np.array(forces))
             first = pilots["plate_a"].motion(u, motions)
             A = np.concatenate([-carried[np.ix_(index, index)] for carried in follow])
             others = np.concatenate(
-                [pilots[name].motion(u, motions) for name in places[1:]], axis=1
+                [pilots[name].motion(u, motions) for name in sections[1:]], axis=1
             )
             F = (others + first @ A.T).T
             reach = np.concatenate([A, np.eye(6)], axis=1)
             result.append(reach.T @ np.linalg.solve((F + F.T) / 2.0, reach))
         return result[0], result[1]
 
-    def _bore_pilot(self, part: Stack, body: str, name: str) -> _Pilot:
+    def _bore_pilot(self, mesh: Stack, body: str, name: str) -> _Pilot:
         """Mean motion of a bore, or of the pin's face, of pin 1: half of it lies on the stack."""
-        facets = facets_on(part.wedges[body], part.on_bore(self.d, self.x[name]))
-        B, Z = surface_moments(part.points, facets, _middle(self.d, name))
+        facets = facets_on(mesh.wedges[body], mesh.on_bore(self.d, self.x[name]))
+        B, Z = surface_moments(mesh.points, facets, _middle(self.d, name))
         return _Pilot(B, Z + _MIRROR @ Z @ _MIRROR)
 
-    def _shaft_face(self, part: Stack) -> Mask:
+    def _shaft_face(self, mesh: Stack) -> Mask:
         inner, outer = (self.d[f"hub_{side}_diameter"] / 2.0 for side in ("inner", "outer"))
-        return part.on_plane(-self.d["hub_length"], inner, outer)
+        return mesh.on_plane(-self.d["hub_length"], inner, outer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,13 +253,13 @@ def _pin_load(d: Dimensions) -> tuple[FloatArray, FloatArray]:
 class _MeanMotion:
     """Mean motion of the shaft face along x or about it, by which a carrier is held."""
 
-    def __init__(self, part: Stack, face: Mask, motion: int) -> None:
-        B, Z = surface_moments(part.points, facets_on(part.wedges["CARRIER"], face), np.zeros(3))
+    def __init__(self, mesh: Stack, face: Mask, motion: int) -> None:
+        B, Z = surface_moments(mesh.points, facets_on(mesh.wedges["CARRIER"], face), np.zeros(3))
         self.mean = (B[motion] / Z[motion, motion]).reshape(-1, 3)
-        y, z = part.points[:, 1], part.points[:, 2]
+        y, z = mesh.points[:, 1], mesh.points[:, 2]
         still = np.zeros_like(y)
         self.rigid = np.stack([still + 1, still, still] if motion == 0 else [still, -z, y], axis=1)
-        node = int(np.flatnonzero(face & part.on_pin_plane)[0])
+        node = int(np.flatnonzero(face & mesh.on_pin_plane)[0])
         self.support = (node, 0 if motion == 0 else 1)
 
     def balanced(self, force: FloatArray) -> FloatArray:
@@ -278,25 +279,25 @@ def _carried(arm: FloatArray) -> FloatArray:
     return G
 
 
-def _three_points(part: Stack, motions: tuple[int, ...]) -> Mask:
+def _three_points(mesh: Stack, motions: tuple[int, ...]) -> Mask:
     """Support of a free pin, on its plane of symmetry, that takes no force of balanced loads."""
-    held = np.zeros(part.points.shape, dtype=bool)
-    x, _, z = part.points.T
-    plane = np.flatnonzero(part.on_pin_plane)
+    fixed = np.zeros(mesh.points.shape, dtype=bool)
+    x, _, z = mesh.points.T
+    plane = np.flatnonzero(mesh.on_pin_plane)
     first = plane[np.argmin(x[plane] + z[plane])]
     last = plane[np.argmax(x[plane] - z[plane])]
     high = plane[np.argmin(x[plane] - z[plane])]
     if motions == SYMMETRIC:
-        held[first, [0, 2]] = held[last, 2] = True
+        fixed[first, [0, 2]] = fixed[last, 2] = True
     else:
-        held[[first, last, high], 1] = True
-    return held
+        fixed[[first, last, high], 1] = True
+    return fixed
 
 
-def _orders(part: Stack, rim: Mask, u: FloatArray, motions: tuple[int, ...]) -> ComplexArray:
+def _orders(mesh: Stack, rim: Mask, u: FloatArray, motions: tuple[int, ...]) -> ComplexArray:
     """Amplitudes c of ``Re(c exp(j order angle))`` at the rim, axial then radial: (k, 2, 11)."""
     nodes = np.flatnonzero(rim)
-    angle = np.arctan2(-part.points[nodes, 1], part.points[nodes, 2])
+    angle = np.arctan2(-mesh.points[nodes, 1], mesh.points[nodes, 2])
     nodes, angle = nodes[np.argsort(angle)], np.sort(angle)
     outwards = np.array([np.zeros_like(angle), -np.sin(angle), np.cos(angle)]).T
     along = np.stack([u[:, nodes, 0], np.einsum("kni,ni->kn", u[:, nodes], outwards)], axis=1)

@@ -184,13 +184,13 @@ def _arcs_on(faces: set[int], x: float, radius: float) -> list[int]:
 def _read(pieces: dict[str, set[int]]) -> Section:
     used = set().union(*pieces.values())
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    place = {tag: k for k, tag in enumerate(tags.tolist())}
+    index_of = {tag: k for k, tag in enumerate(tags.tolist())}
     triangles, faces = [], []
     for face in sorted(used):
         _, _, nodes = gmsh.model.mesh.getElements(2, face)
-        own = np.array([place[tag] for tag in nodes[0].tolist()]).reshape(-1, 6)
-        triangles.append(own)
-        faces.append(np.full(len(own), face))
+        elements = np.array([index_of[tag] for tag in nodes[0].tolist()]).reshape(-1, 6)
+        triangles.append(elements)
+        faces.append(np.full(len(elements), face))
     points = coordinates.reshape(-1, 3)[:, :2]
     every, face_of = np.concatenate(triangles), np.concatenate(faces)
     first, second, third = (points[every[:, k]] for k in range(3))

@@ -109,8 +109,8 @@ def stack(
     halves = np.sort(np.concatenate([levels, (levels[1:] + levels[:-1]) / 2.0]))
     a, b = section.points[node].T
     splits = np.cumsum([len(rows) for rows in elements.values()])[:-1]
-    parts = np.split(compact.reshape(-1, 15), splits)
-    return Stack(np.stack([halves[row], -b, a], axis=1), dict(zip(elements, parts, strict=True)))
+    wedges = np.split(compact.reshape(-1, 15), splits)
+    return Stack(np.stack([halves[row], -b, a], axis=1), dict(zip(elements, wedges, strict=True)))
 
 
 def _wedges(triangles: IntArray, row: int, n: int) -> IntArray:
@@ -135,7 +135,7 @@ def _levels(d: Dimensions, size: float) -> FloatArray:
         (*extents["seat"], "first"),
     )
     levels = [_graded(*span, size) for span in spans]
-    return np.concatenate([levels[0][:1], *(own[1:] for own in levels)])
+    return np.concatenate([levels[0][:1], *(level[1:] for level in levels)])
 
 
 def _graded(first: float, last: float, thin: str, size: float) -> FloatArray:
@@ -185,12 +185,12 @@ def _rigid(r: FloatArray) -> FloatArray:
 def _triangle_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shapes and gradients of six-node triangles at seven points exact to degree 5 (Radon)."""
     root = math.sqrt(15.0)
-    places, weights = [(1.0 / 3.0, 1.0 / 3.0)], [9.0 / 80.0]
+    points, weights = [(1.0 / 3.0, 1.0 / 3.0)], [9.0 / 80.0]
     for sign in (1.0, -1.0):
         a, weight = (6.0 - sign * root) / 21.0, (155.0 - sign * root) / 2400.0
-        places += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
+        points += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
         weights += [weight] * 3
-    s, t = np.array(places).T
+    s, t = np.array(points).T
     r = 1.0 - s - t
     N = np.stack(
         [r * (2 * r - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * r * s, 4 * s * t, 4 * t * r], 1
@@ -206,14 +206,14 @@ _EIGHT = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), 
 
 def _quadrilateral_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shapes and gradients of eight-node quadrilaterals at three by three Gauss points."""
-    places = np.array([(s, t) for s in _GAUSS[0] for t in _GAUSS[0]])
+    points = np.array([(s, t) for s in _GAUSS[0] for t in _GAUSS[0]])
     # Of degree two along each axis: central differences are exact.
-    gradients = [(_eight(places + unit) - _eight(places - unit)) / 2.0 for unit in np.eye(2)]
-    return _eight(places), np.stack(gradients, axis=2), np.outer(_GAUSS[1], _GAUSS[1]).ravel()
+    gradients = [(_eight(points + unit) - _eight(points - unit)) / 2.0 for unit in np.eye(2)]
+    return _eight(points), np.stack(gradients, axis=2), np.outer(_GAUSS[1], _GAUSS[1]).ravel()
 
 
-def _eight(places: FloatArray) -> FloatArray:
-    s, t = places.T
+def _eight(points: FloatArray) -> FloatArray:
+    s, t = points.T
     columns = []
     for a, b in _EIGHT:
         if a == 0.0:
@@ -240,4 +240,4 @@ def facets_on(wedges: IntArray, on: NDArray[np.bool_]) -> list[IntArray]:
     for faces in (_TRIANGLES, _SIDES):
         every = np.concatenate([wedges[:, list(face)] for face in faces])
         facets.append(every[on[every].all(axis=1)])
-    return [own for own in facets if len(own)]
+    return [nodes for nodes in facets if len(nodes)]

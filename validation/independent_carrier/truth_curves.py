@@ -45,7 +45,7 @@ COLUMNS = (
     "carrier",
     "off",
     "fit",
-    *(f"{part}_{order}" for order in ORDERS for part in ("a", "b")),
+    *(f"{coefficient}_{order}" for order in ORDERS for coefficient in ("a", "b")),
 )
 
 
@@ -117,8 +117,13 @@ def rows(made: Made, size: float, *, radial: bool = False) -> Iterator[list[str]
     for fit_name, c in curves:
         # a cos + b sin of each order.
         of_rim = c[1 if radial else 0]
-        parts = np.stack([of_rim.real, -of_rim.imag], axis=1).ravel()
-        yield [str(made.number), off, fit_name, *(f"{part:.5e}" for part in parts)]
+        coefficients = np.stack([of_rim.real, -of_rim.imag], axis=1).ravel()
+        yield [
+            str(made.number),
+            off,
+            fit_name,
+            *(f"{coefficient:.5e}" for coefficient in coefficients),
+        ]
 
 
 def write_table(path: Path, count: int, seed: int, size: float, *, radial: bool = False) -> None:
@@ -136,7 +141,7 @@ def write_table(path: Path, count: int, seed: int, size: float, *, radial: bool 
         table[str(made.number)] = list(rows(made, size, radial=radial))
         partial = path.with_name(f".{path.name}.partial")
         with partial.open("w", encoding="utf-8", newline="") as lines:
-            every = [row for own in table.values() for row in own]
+            every = [row for case_rows in table.values() for row in case_rows]
             csv.writer(lines, lineterminator="\n").writerows([COLUMNS, *every])
         os.replace(partial, path)
         off = table[str(made.number)][0][1]

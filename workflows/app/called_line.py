@@ -59,8 +59,8 @@ class CalledLine:
             )  # fmt: skip
             assert process.stdout is not None
             assert process.stderr is not None
-            told = _notes(process.stderr, note)
-            output, notes = await asyncio.gather(process.stdout.read(), told)
+            reading = _notes(process.stderr, note)
+            output, notes = await asyncio.gather(process.stdout.read(), reading)
             code = await process.wait()
         finally:
             self.end()

@@ -21,7 +21,7 @@ class DrawnSensor(NamedTuple):
     number: int
     """Of the channel in the map."""
     name: str
-    place: float | str | None
+    position: float | str | None
     """Angle [deg] at a rim, position on a housing; None where it is not known."""
     quantity: str
 
@@ -51,8 +51,8 @@ def face(carrier: CarrierParameters, sensors: Iterable[DrawnSensor] = ()) -> str
 
 def _rim_sensor(sensor: DrawnSensor, rim: float, radius: float) -> str:
     """Sensor at its angle: drawn at 0 deg and turned, as the script of the page turns it."""
-    known = isinstance(sensor.place, float)
-    angle = sensor.place if isinstance(sensor.place, float) else 0.0
+    known = isinstance(sensor.position, float)
+    angle = sensor.position if isinstance(sensor.position, float) else 0.0
     is_radial = sensor.quantity.startswith("radial")
     shape = f'<circle cy="{-radius:g}" r="24"/>'
     if is_radial:
@@ -73,19 +73,19 @@ def housing(sensors: Iterable[DrawnSensor]) -> str:
     Channels are dragged from place to place; those without one wait below.
     """
     rig = MountingRig()
-    places = {
+    positions = {
         "ssx": (rig.R_z, rig.R_y, "x"), "spx": (-rig.R_z, rig.R_y, "x"),
         "ssz": (rig.R_x, -2.0 * rig.R_y, "z"), "spz": (-rig.R_x, -2.0 * rig.R_y, "z"),
         "spy": (-rig.R_x / 2.0, 0.0, "y"), "sbx": (0.0, -rig.R_b, "x"),
     }  # fmt: skip
     shapes = ['<rect class="steel" x="-700" y="-620" width="1400" height="1240" rx="260"/>']
-    for name, (y, z, direction) in places.items():
+    for name, (y, z, direction) in positions.items():
         at = (-_MM * y, -_MM * z)
         circle = _circle(at, 66.0, "place").replace("<circle", f'<circle data-place="{name}"')
         shapes += [circle, _text((at[0], at[1] + 105.0), f"{name}, along {direction}", "axis")]
     n_waiting = 0
     for sensor in sensors:
-        y, z, direction = places.get(str(sensor.place), (0.75 - 0.5 * n_waiting, -0.92, ""))
+        y, z, direction = positions.get(str(sensor.position), (0.75 - 0.5 * n_waiting, -0.92, ""))
         n_waiting += not direction
         shapes.append(
             f'<g class="sensor housing{"" if direction else " open"}" '

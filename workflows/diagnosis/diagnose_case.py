@@ -47,7 +47,7 @@ def diagnose_case(
     """
     if references:
         _refer(campaign, out)
-    _kept(out, lambda: diagnose_campaign(campaign, out=out, report=report, quiet=True))
+    _recorded(out, lambda: diagnose_campaign(campaign, out=out, report=report, quiet=True))
     if not report:
         # Of thousands of cases no page is drawn later.
         (out / REPORT_DATA_FILE).unlink(missing_ok=True)
@@ -105,7 +105,7 @@ def _problem(folder: Path) -> ComparisonProblem:
     return problem
 
 
-def _kept(out: Path, diagnosis: Callable[[], object]) -> None:
+def _recorded(out: Path, diagnosis: Callable[[], object]) -> None:
     """Make a diagnosis and write down its time and, where it failed, why."""
     start = time.perf_counter()
     error = None

@@ -173,7 +173,7 @@ def main(
         result, rows = scored(labels, verdicts, sealed.published.digest)
         if references:
             result = replace(
-                result, beside=_reference_scores(folder, labels, verdicts, result.digest)
+                result, reference_checks=_reference_scores(folder, labels, verdicts, result.digest)
             )
         command = _command(kinds, cases, request, references=references)
         write_score(folder, result, rows, command=command)

@@ -58,21 +58,21 @@ def score_sections(check: BlindCheck) -> list[Section]:
         sections += _effect_sections(check.score)
     if check.class_score is not None:
         sections += _class_sections(check.class_score)
-    if check.beside:
+    if check.reference_checks:
         sections.append(_references(check))
     return sections
 
 
 def _references(check: BlindCheck) -> Section:
     """Shares that the diagnosis reaches beside those of other answers to the same seals."""
-    others = [_figures_of(score) for score in check.beside.values()]
+    others = [_figures_of(score) for score in check.reference_checks.values()]
     rows = []
     for key, figure in _figures_of(check).items():
         if figure.interval is not None and figure.cases:
             values = [_percent(other[key].value) if key in other else "-" for other in others]
             reached = _percent(figure.value)
             rows.append([figure.kind, figure.name, figure.wanted, reached, *values])
-    names = [name.replace("_", " ") for name in check.beside]
+    names = [name.replace("_", " ") for name in check.reference_checks]
     columns = ("kind", "figure", "required", "carrierflex", *names)
     return "compared with plain methods on the same cases", columns, rows
 

@@ -55,8 +55,10 @@ def write_score(
         "figures": plain([figure for each in scores for figure in each.figures]),
         "confusion": plain([row for each in scores for row in each.confusion]),
     }
-    if result.beside:
-        figures["beside"] = {name: _shares(check) for name, check in result.beside.items()}
+    if result.reference_checks:
+        figures["beside"] = {
+            name: _shares(check) for name, check in result.reference_checks.items()
+        }
     if result.class_score is not None:
         figures["by_change_of_form"] = plain(result.class_score.changes)
     save_json(

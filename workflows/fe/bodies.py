@@ -101,11 +101,11 @@ def given_structure(
 
 @dataclass(frozen=True, eq=False)
 class BuiltCarrier:
-    """A variant of the carrier, of parameters or files: mesh, matrices, places, and its gear."""
+    """A variant of the carrier, of parameters or files: mesh, matrices, interface, and its gear."""
 
     mesh: GivenMesh
     structure: StructuralModel
-    places: CarrierParameters | CarrierInterface
+    interface: CarrierParameters | CarrierInterface
     gear: GearData
 
 

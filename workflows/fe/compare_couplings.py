@@ -97,9 +97,9 @@ def main(
                 warnings += mesh_warnings(built.mesh)
                 warnings += default_gear_notes(built.gear)
             cases = (
-                flexible_cases(built.places, built.gear)
+                flexible_cases(built.interface, built.gear)
                 if variant == "flexible"
-                else stiff_cases(built.gear, built.places.n_planets)
+                else stiff_cases(built.gear, built.interface.n_planets)
             )
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
             brackets[variant] = coupling_bracket(

@@ -140,12 +140,12 @@ def static_family(
     clamped = {}
     for name in ("flexible", "stiff"):
         built = built_carrier(name, stage, size, files)
-        places, gear = built.places, built.gear
-        radius = places.sensor_radius
+        interface, gear = built.interface, built.gear
+        radius = interface.sensor_radius
         loads = (
-            flexible_cases(places, gear)
+            flexible_cases(interface, gear)
             if name == "flexible"
-            else stiff_cases(gear, places.n_planets)
+            else stiff_cases(gear, interface.n_planets)
         )
         models[name] = craig_bampton(built.structure, 0).model
         clamped_pilots[name] = torque_curve(name, models[name], loads["both"], radius)
@@ -153,7 +153,7 @@ def static_family(
             built.structure, np.unique(built.mesh.surface("shaft_face")), loads
         ).curves["both"]
     pin = craig_bampton(built_pin(stage, size, files, built.mesh), 0).model
-    forces = gear_forces(UNIT_TORQUE, gear, places.n_planets)
+    forces = gear_forces(UNIT_TORQUE, gear, interface.n_planets)
     extremes = ExtremeCurves(
         clamped_pilots["stiff"], clamped_pilots["flexible"], clamped["stiff"], clamped["flexible"]
     )

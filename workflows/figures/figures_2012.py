@@ -361,13 +361,13 @@ def _draw_tooth_forces(axes: Axes, gear: GearData) -> None:
     dashed_arc(axes, origin, 0.62, (0.0, float(np.rad2deg(alpha))), INK)
     words(axes, rf"$\alpha$ = {np.rad2deg(alpha):.0f}°", (1.06, -0.42))
     words(axes, "transverse plane", (0.75, -0.85))
-    left = (1.95, -0.55)
+    rack = (1.95, -0.55)
     for k in range(6):
-        x = left[0] + 0.17 * k
+        x = rack[0] + 0.17 * k
         lean = 1.3 * float(np.tan(beta))
         outline(axes, [(x, -0.55), (x + 0.09, -0.55), (x + 0.09 + lean, 0.75), (x + lean, 0.75)],
                 GEAR, layer=1.5)  # fmt: skip
-    foot = (left[0], left[1])
+    foot = (rack[0], rack[1])
     line(axes, [foot, (foot[0], 0.95)], style="-.")
     line(axes, [foot, (foot[0] + 1.5 * float(np.tan(beta)), 0.95)], colour=INK)
     words(axes, rf"$\beta$ = {np.rad2deg(beta):.1f}°", (2.06, 1.08))

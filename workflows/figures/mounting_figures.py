@@ -93,14 +93,14 @@ def roll_of_three_models(shared: SharedRuns) -> Figure:
     return figure
 
 
-def _draw_inset(inset: Axes, records: MountingRecords, place: int) -> None:
+def _draw_inset(inset: Axes, records: MountingRecords, column: int) -> None:
     """The end of the record, where the torque has come, enlarged."""
     time = records.inputs.time
     last = time >= 600.0
-    inset.plot(time[last], records.measured[last, place] * 1e3, color="0.65", lw=2.4)
+    inset.plot(time[last], records.measured[last, column] * 1e3, color="0.65", lw=2.4)
     for model, label in LABELS.items():
         inset.plot(
-            time[last], records.adapted[model][last, place] * 1e3, color=_COLOURS[label], lw=1.0
+            time[last], records.adapted[model][last, column] * 1e3, color=_COLOURS[label], lw=1.0
         )
     inset.set_xlim(600.0, 620.0)
     inset.tick_params(labelsize=8)

@@ -238,10 +238,10 @@ def _draw_side_sensors(side: Axes, rig: MountingRig) -> None:
     cross(side, (0.0, 0.0), 0.28, "x", "z")
 
 
-def _sensor_along_view(axes: Axes, place: Point) -> None:
+def _sensor_along_view(axes: Axes, point: Point) -> None:
     """A sensor that measures along the line of sight."""
-    disc(axes, place, 0.035, "white", layer=8.0)
-    axes.plot(*place, "o", color=SENSOR, markersize=4, zorder=9)
+    disc(axes, point, 0.035, "white", layer=8.0)
+    axes.plot(*point, "o", color=SENSOR, markersize=4, zorder=9)
 
 
 def _draw_housing_from_behind(axes: Axes) -> None:

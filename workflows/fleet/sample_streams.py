@@ -118,7 +118,7 @@ def _rows(stream: BinaryIO, expected: ExpectedColumns) -> Iterator[Columns]:
     """Rows of a CSV stream in the pieces in which they come."""
     header = stream.readline()
     names = [name.strip().strip('"') for name in header.decode("utf-8", "replace").split(",")]
-    columns = expected.kept(names, _STANDARD_INPUT)
+    columns = expected.columns_to_read(names, _STANDARD_INPUT)
     convert = pa_csv.ConvertOptions(
         column_types=dict.fromkeys(columns, "float64"),
         include_columns=columns,

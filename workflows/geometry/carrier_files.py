@@ -187,14 +187,16 @@ def file_record(files: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     return {role: {"file": str(path), "sha256": _digest(path)} for role, path in files.items()}
 
 
-def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, dict[str, str]]:
+def located(
+    record: Mapping[str, Mapping[str, str]], body_folder: Path
+) -> dict[str, dict[str, str]]:
     """The record of files with those looked up beside a body that are not where they were.
 
     Parameters
     ----------
     record : mapping
         Name and digest by role, as :func:`file_record` makes it.
-    beside : Path
+    body_folder : Path
         Folder of the body file; relative names hold from there too.
 
     Raises
@@ -205,17 +207,17 @@ def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, 
     entries = {role: dict(entry) for role, entry in record.items()}
     for entry in entries.values():
         path = Path(entry["file"])
-        places = [
+        existing = [
             candidate
-            for candidate in (path, beside / path, beside / path.name)
+            for candidate in (path, body_folder / path, body_folder / path.name)
             if candidate.is_file()
         ]
-        if not places:
+        if not existing:
             raise FileNotFoundError(
                 f"{path}: no such file, nor {path.name} in the folder of the body file; expected "
                 "the file that the body was made of, at its path or in the folder of the body"
             )
-        entry["file"] = str(places[0])
+        entry["file"] = str(existing[0])
     return entries
 
 

@@ -13,7 +13,7 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import radial
 from carrierflex.fe.view import curves_figure, deformed_picture, orders_over_fit_figure
 from carrierflex.geometry.view import mesh_picture
-from carrierflex.reduction.pin_fit import HELD
+from carrierflex.reduction.pin_fit import FIXED_PILOT
 from carrierflex.reduction.view import modes_picture
 from carrierflex.simulation.carrier.case_files import read_case
 from carrierflex.simulation.carrier.run_cases import Sensor
@@ -82,4 +82,4 @@ def _labels(variant: CarrierVariant, sensors: Sequence[Sensor]) -> dict[str, NDA
 
 
 def _torque_face(variant: CarrierVariant) -> NDArray[np.float64]:
-    return next(pilot.point for pilot in variant.structure.pilots if pilot.name == HELD)
+    return next(pilot.point for pilot in variant.structure.pilots if pilot.name == FIXED_PILOT)

@@ -22,7 +22,7 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
 from carrierflex.reduction.modes.mode_rules import rule_for_use
-from carrierflex.reduction.pin_fit import HELD, PinFitFamily
+from carrierflex.reduction.pin_fit import FIXED_PILOT, PinFitFamily
 from carrierflex.reduction.pin_joints import TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
@@ -122,9 +122,9 @@ def main(
     note("flexible carrier", _FLEXIBLE_FROM)
     flexible_body, Psi = reduced(flexible.structure)
     note("curves over the pin fit", _CURVES_FROM)
-    places = carrier_interface(flexible.mesh) if files.given else stage.carrier
-    load = flexible_cases(places, flexible.gear)["both"]
-    radius = places.sensor_radius
+    interface = carrier_interface(flexible.mesh) if files.given else stage.carrier
+    load = flexible_cases(interface, flexible.gear)["both"]
+    radius = interface.sensor_radius
     reference = _held_through_pilot(load, radius, flexible.structure, flexible_body.model, Psi)
     forces = gear_forces(UNIT_TORQUE, flexible.gear, flexible.n_planets)
     family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
@@ -167,7 +167,7 @@ def _held_through_pilot(
     """Torque curve of the full model without pins."""
     # Its shaft face held through the pilot instead of node by node: the constraint modes give the
     # full static answer.
-    q = static_coordinates(model, [HELD], load)
+    q = static_coordinates(model, [FIXED_PILOT], load)
     assert structure.sensors is not None
     reading = structure.sensors.rows @ (Psi @ q[: Psi.shape[1]])
     return sensor_curve("full model", reading, UNIT_TORQUE, radius)

@@ -115,8 +115,8 @@ def main(
             _write_meshes(out / "meshes", variants)
         with stages.stage("reduction of both carriers and a pin"):
             reduced = _reduced_bodies(out / "bodies", stage, variants, edge, files, stages.note)
-        places = carrier_interface(variants["flexible"].mesh) if files.given else stage.carrier
-        case = _load_cases(out, places.n_planets, places.sensor_radius)
+        interface = carrier_interface(variants["flexible"].mesh) if files.given else stage.carrier
+        case = _load_cases(out, interface.n_planets, interface.sensor_radius)
         pictures = process.submit(draw_carriers, out / "pictures", variants, curves, reduced, case)
         with stages.stage("planetary stage and mounting in time"):
             in_time = run_reduced_bodies.main(

@@ -138,7 +138,7 @@ def main(
         f"writing {out}" if format != "exudyn" else f"finite elements again, writing {out}"
     ):
         if format == "exudyn":
-            written = _exudyn(model, out, pilot, beside=body.parent)
+            written = _exudyn(model, out, pilot, body_folder=body.parent)
         else:
             written = _WRITERS[format](model, out, pilot)
     with stages.stage("checks before and after"):
@@ -313,7 +313,9 @@ def _superelement(model: ReducedModel, out: Path, pilot: str | None, form: Form)
     return ExportedBody(write_openfast(body, out, form), checks(body))
 
 
-def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) -> ExportedBody:
+def _exudyn(
+    model: ReducedModel, out: Path, pilot: str | None, *, body_folder: Path
+) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
     from carrierflex.workflows.reduction.recorded_structure import (
@@ -327,7 +329,7 @@ def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) 
             f"{model.provenance['converted_from']} does not hold; expected a body of carrierflex "
             "reduce, or another --format"
         )
-    mesh, structure, n_modes = recorded_structure(model, beside)
+    mesh, structure, n_modes = recorded_structure(model, body_folder)
     reduction = craig_bampton(structure, n_modes)
     differences = differences_from(model, reduction.model)
     write_exudyn(structure, reduction, out, mesh=mesh, pilot=pilot)

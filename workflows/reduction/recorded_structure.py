@@ -30,12 +30,12 @@ _RECORDED = ("parameters", "size", "modes")
 
 
 def recorded_structure(
-    model: ReducedModel, beside: Path = Path()
+    model: ReducedModel, body_folder: Path = Path()
 ) -> tuple[TetMesh | None, StructuralModel, int]:
     """Mesh, structure and number of fixed-interface modes of a body that carrierflex reduce wrote.
 
     A body of another program's matrices, or of other solids than tetrahedra, has none to draw.
-    Files that are no longer at their place are looked up in `beside`, the body file's folder.
+    Files that are no longer at their place are looked up in `body_folder`, the body file's folder.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def recorded_structure(
         carrier's files are gone or changed.
     """
     if "matrix_files" in model.provenance:
-        return (None, *_of_matrices(model, beside))
+        return (None, *_of_matrices(model, body_folder))
     missing = [key for key in _RECORDED if key not in model.provenance]
     choices = [
         json.loads(model.provenance.get(name, f'"{usual}"')) for name, usual in _USUAL.items()
@@ -63,7 +63,7 @@ def recorded_structure(
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
         files = CarrierFiles.recorded(
-            located(json.loads(model.provenance["carrier_files"]), beside)
+            located(json.loads(model.provenance["carrier_files"]), body_folder)
         )
         mesh = files.mesh(variant, size)
         structure, _ = given_structure(variant, mesh, files.materials())
@@ -72,7 +72,7 @@ def recorded_structure(
     return mesh, structure, n_modes
 
 
-def _of_matrices(model: ReducedModel, beside: Path) -> tuple[StructuralModel, int]:
+def _of_matrices(model: ReducedModel, body_folder: Path) -> tuple[StructuralModel, int]:
     """Structure and number of modes of a body of matrix files, read again."""
     choices = {"interface": '"fixed"', "residual_vectors": "false"}
     other = [name for name, usual in choices.items() if model.provenance.get(name) != usual]
@@ -82,7 +82,7 @@ def _of_matrices(model: ReducedModel, beside: Path) -> tuple[StructuralModel, in
             "--interface fixed and no residual vectors: Exudyn needs the basis, which is made again"
         )
     try:
-        record = located(json.loads(model.provenance["matrix_files"]), beside)
+        record = located(json.loads(model.provenance["matrix_files"]), body_folder)
         files, n_modes = MatrixFiles.recorded(record), int(model.provenance["modes"])
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(

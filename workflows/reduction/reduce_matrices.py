@@ -118,9 +118,9 @@ class MatrixFiles:
         files = dict(zip(_ROLES, (self.stiffness, self.mass, self.interfaces), strict=True))
         named = () if nodes is None else (("nodes", nodes.file), ("dofs", nodes.dof_file))
         files |= {role: self.interfaces.parent / name for role, name in named if name is not None}
-        beside = [self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping")]
-        beside += [punch_of(path) for path in files.values() if path.suffix.lower() == ASSEMBLY]
-        files |= {f"beside {path.suffix}": path for path in beside if path.exists()}
+        companions = [self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping")]
+        companions += [punch_of(path) for path in files.values() if path.suffix.lower() == ASSEMBLY]
+        files |= {f"beside {path.suffix}": path for path in companions if path.exists()}
         return file_record(files)
 
 

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
-from carrierflex.geometry.cad_recognition.proposal_files import told
+from carrierflex.geometry.cad_recognition.proposal_files import candidate_text
 from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
@@ -86,9 +86,9 @@ def _named_surfaces(proposal: SurfaceProposal) -> Iterator[str]:
         if not surface.candidates:
             yield f"{surface.name}: left out, nothing of the solid fits"
         elif surface.chosen is not None:
-            yield f"{surface.name}: {told(surface.chosen)}"
+            yield f"{surface.name}: {candidate_text(surface.chosen)}"
         else:
-            alike = "; ".join(told(each) for each in surface.candidates[: surface.equals])
+            alike = "; ".join(candidate_text(each) for each in surface.candidates[: surface.equals])
             yield f"{surface.name}: left out, {surface.equals} candidates fit equally well: {alike}"
 
 

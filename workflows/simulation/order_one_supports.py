@@ -26,7 +26,7 @@ FULL_TORQUE, RADIAL_LOAD = 360e3, 200e3
 #: Half the diametral clearances of the gearbox's two carrier bearings, 0.275 and 0.245 mm (GRC).
 PUBLISHED_CLEARANCE = (0.1375e-3, 0.1225e-3)
 #: Stiffness of a mounting that holds the housing [N/m, N m/rad]; the bearings' is 6e9.
-_HELD = 1e13
+_RIGID = 1e13
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def clearances(share: float = 1.0) -> dict[str, float]:
 
 def supports() -> tuple[Support, ...]:
     """Rows of the table."""
-    rigid = dict.fromkeys(("radial_stiffness", "axial_stiffness", "tilt_stiffness"), _HELD)
+    rigid = dict.fromkeys(("radial_stiffness", "axial_stiffness", "tilt_stiffness"), _RIGID)
     equal = {"axial_stiffness": 20.2e6}
     centred = equal | {"x": 0.5}
     soft = {"upwind_radial": 1e8, "downwind_radial": 1e8}

@@ -7,7 +7,7 @@ import numpy as np
 from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
 from carrierflex.geometry.view import SURFACE_COLOURS, rounded_magnification, torque_arrow
 from carrierflex.reduction.assembly_modes import assembly_modes
-from carrierflex.reduction.pin_fit import HELD
+from carrierflex.reduction.pin_fit import FIXED_PILOT
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
@@ -18,8 +18,8 @@ from carrierflex.workflows.view3d.scene import (
     Entry,
     FloatArray,
     Label,
-    Part,
     Scene,
+    SceneObject,
     feature_edges,
 )
 
@@ -64,7 +64,10 @@ def body_scene(model: ReducedModel, shapes: BodyShapes) -> Scene:
         "body at rest. x points downwind along the axis, z up.",
         control=_CONTROL,
         entries=tuple(entries),
-        parts=(*_parts(shapes, np.array(moved), np.array(values)), *_torque(model, len(entries))),
+        objects=(
+            *_objects(shapes, np.array(moved), np.array(values)),
+            *_torque(model, len(entries)),
+        ),
         labels=tuple(
             Label(name.replace("_", " "), (float(p[0]), float(p[1]), float(p[2])))
             for name, p in model.pilots.items()
@@ -77,7 +80,7 @@ def _fields(model: ReducedModel, shapes: BodyShapes) -> Iterator[tuple[str, str,
     """Name, words, displacement [m], and the unit of its colours (none of a mode)."""
     loads = _torque_loads(model)
     if loads is not None:
-        u = shapes.displacement(static_coordinates(model, [HELD], loads))
+        u = shapes.displacement(static_coordinates(model, [FIXED_PILOT], loads))
         words = "Drive torque of 1 kN m, the shaft face held."
         yield "torque of 1 kN m", words, u, ", µm"
     n_free = min(_N_FREE_MODES, model.n_coordinates - _N_RIGID)
@@ -103,14 +106,14 @@ def _torque_loads(model: ReducedModel) -> dict[str, FloatArray] | None:
     return stiff_cases(stage.gear, stage.carrier.n_planets)["both"]
 
 
-def _parts(shapes: BodyShapes, moved: FloatArray, values: FloatArray) -> Iterator[Part]:
+def _objects(shapes: BodyShapes, moved: FloatArray, values: FloatArray) -> Iterator[SceneObject]:
     """The named surfaces one by one, what has no name, and the outline at rest."""
     for number in (*range(len(shapes.surface_names)), -1):
         triangles = shapes.triangles[shapes.surface_of == number]
         if not len(triangles):
             continue
         nodes, cells = np.unique(triangles, return_inverse=True)
-        yield Part(
+        yield SceneObject(
             name=_REST if number < 0 else shapes.surface_names[number],
             cells=cells.reshape(triangles.shape),
             rest=shapes.points[nodes],
@@ -120,7 +123,7 @@ def _parts(shapes: BodyShapes, moved: FloatArray, values: FloatArray) -> Iterato
         )
     edges = feature_edges(shapes.points, shapes.triangles, shapes.surface_of)
     nodes, cells = np.unique(edges, return_inverse=True)
-    yield Part(
+    yield SceneObject(
         name="",
         cells=cells.reshape(edges.shape),
         rest=shapes.points[nodes],
@@ -129,9 +132,9 @@ def _parts(shapes: BodyShapes, moved: FloatArray, values: FloatArray) -> Iterato
     )
 
 
-def _torque(model: ReducedModel, n_entries: int) -> Iterator[Part]:
+def _torque(model: ReducedModel, n_entries: int) -> Iterator[SceneObject]:
     """Arrow of a positive torque before the shaft face."""
-    if HELD in model.pilots:
-        points, triangles = torque_arrow(model.pilots[HELD], _ARROW)
+    if FIXED_PILOT in model.pilots:
+        points, triangles = torque_arrow(model.pilots[FIXED_PILOT], _ARROW)
         still = np.zeros((n_entries, *points.shape))
-        yield Part("arrow of a positive torque", triangles, points, still, colour="#222222")
+        yield SceneObject("arrow of a positive torque", triangles, points, still, colour="#222222")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.pins import pin_angles
-from carrierflex.workflows.view3d.scene import FloatArray, Label, Part
+from carrierflex.workflows.view3d.scene import FloatArray, Label, SceneObject
 
 #: Circle of the pins and radius of a pin, over the radius of the sensors' circle: the default
 #: carrier's.
@@ -36,21 +36,23 @@ def band(n: int) -> NDArray[np.int64]:
     )
 
 
-def circle(radius: float, n_entries: int, *, turns: bool = False) -> Part:
+def circle(radius: float, n_entries: int, *, turns: bool = False) -> SceneObject:
     """Circle at rest around the axis [m]."""
     around = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
     points = radius * directions(around)
-    return Part("", closed(180), points, np.zeros((n_entries, *points.shape)), colour=_GREY,
-                turns=turns)  # fmt: skip
+    still = np.zeros((n_entries, *points.shape))
+    return SceneObject("", closed(180), points, still, colour=_GREY, turns=turns)
 
 
-def pins(radius: float, n_planets: int, n_entries: int, *, turns: bool = False) -> Iterator[Part]:
+def pins(
+    radius: float, n_planets: int, n_entries: int, *, turns: bool = False
+) -> Iterator[SceneObject]:
     """Circles of the pins inside the sensors' circle of a radius [m]."""
     around = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     for angle in pin_angles(n_planets):
         points = radius * (_PIN_CIRCLE * directions(np.array(angle)) + _PIN * directions(around))
-        yield Part("", closed(48), points, np.zeros((n_entries, *points.shape)), colour=_GREY,
-                   turns=turns)  # fmt: skip
+        still = np.zeros((n_entries, *points.shape))
+        yield SceneObject("", closed(48), points, still, colour=_GREY, turns=turns)
 
 
 def pin_labels(radius: float, n_planets: int, *, turns: bool = False) -> Iterator[Label]:

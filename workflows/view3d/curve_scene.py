@@ -7,7 +7,7 @@ import numpy as np
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.view import rounded_magnification
 from carrierflex.workflows.view3d.circles import band, circle, directions, pin_labels, pins
-from carrierflex.workflows.view3d.scene import Control, Entry, Part, Scene
+from carrierflex.workflows.view3d.scene import Control, Entry, Scene, SceneObject
 
 #: Largest displacement drawn, and width of the band, over the radius.
 _DRAWN, _WIDTH = 0.15, 0.06
@@ -65,8 +65,8 @@ def curve_scene(curves: Mapping[str, DeflectionCurve], name: str) -> Scene:
         "rest. x points downwind along the axis, z up.",
         control=Control("share of the load", "", 1.0, (-1.0, 1.0)),
         entries=tuple(entries),
-        parts=(
-            Part("rim", band(n), rest, np.array(moved), np.array(values)),
+        objects=(
+            SceneObject("rim", band(n), rest, np.array(moved), np.array(values)),
             circle(radius, len(entries)),
             *pins(radius, n_planets, len(entries)),
         ),

@@ -20,8 +20,8 @@ from carrierflex.workflows.view3d.scene import (
     Entry,
     FloatArray,
     Label,
-    Part,
     Scene,
+    SceneObject,
 )
 
 #: Largest displacement drawn, over the radius.
@@ -66,7 +66,7 @@ def rim_scene(motion: RimMotion) -> Scene:
     measured = np.array([state.measured for state in states])
     simulated = np.array([state.simulated for state in states])
     at_rest = np.tile(rest, (2, 1))
-    ribbon = Part(
+    ribbon = SceneObject(
         "gap",
         band(_N),
         at_rest,
@@ -75,7 +75,7 @@ def rim_scene(motion: RimMotion) -> Scene:
         follows=False,
         turns=True,
     )
-    mark = Part(
+    mark = SceneObject(
         "sensor",
         np.array([[0, 1]]),
         np.zeros((2, 3)),
@@ -90,7 +90,7 @@ def rim_scene(motion: RimMotion) -> Scene:
         words="The carrier turns, the sensors stay. x points downwind along the axis, z up.",
         control=_CONTROL,
         entries=tuple(state.entry for state in states),
-        parts=(
+        objects=(
             ribbon,
             _line("measured", measured, rest, _MEASURED),
             _line("simulated", simulated, rest, _SIMULATED),
@@ -161,10 +161,12 @@ def _drawn(signal: RimSignal, turn: FloatArray, factor: float, rest: FloatArray)
     return rest + factor * _around(signal, turn)[:, None] * way
 
 
-def _line(name: str, points: FloatArray, rest: FloatArray, colour: str) -> Part:
+def _line(name: str, points: FloatArray, rest: FloatArray, colour: str) -> SceneObject:
     width = 0.008 * float(np.linalg.norm(rest[0]))
-    return Part(name, closed(_N), rest, points - rest, colour=colour, follows=False, turns=True,
-                width=width)  # fmt: skip
+    return SceneObject(
+        name, closed(_N), rest, points - rest,
+        colour=colour, follows=False, turns=True, width=width,
+    )  # fmt: skip
 
 
 def _sensor_label(name: str, angle: float, radius: float) -> Label:

@@ -47,7 +47,7 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SceneObject:
     """Triangles or lines that move and change their colour."""
 
     name: Annotated[str, "Label of its switch, where it has a colour of its own"]
@@ -71,7 +71,7 @@ class Part:
         "Whether shape and colour are those of full deflection times the control, as in a "
         "vibration; else they are those of full deflection at all its stops",
     ] = True
-    turns: Annotated[bool, "Whether the part is turned about x by the control [deg]"] = False
+    turns: Annotated[bool, "Whether it is turned about x by the control [deg]"] = False
     width: Annotated[float, "Of lines [m]; 0: one pixel"] = 0.0
 
 
@@ -92,7 +92,7 @@ class Scene:
     words: Annotated[str, "What it is and where it comes from, one sentence"]
     control: Annotated[Control, "The slider"]
     entries: Annotated[tuple[Entry, ...], "What can be chosen; the first is shown first"]
-    parts: Annotated[tuple[Part, ...], "What is drawn"]
+    objects: Annotated[tuple[SceneObject, ...], "What is drawn"]
     labels: Annotated[tuple[Label, ...], "Words in space"] = field(default=())
     first: Annotated[int, "Entry that is shown in the beginning"] = 0
     eye: Annotated[
@@ -104,20 +104,22 @@ class Scene:
     @cached_property
     def size(self) -> float:
         """Largest extent of what is drawn at rest [m]."""
-        points = np.concatenate([part.rest for part in self.parts])
+        points = np.concatenate([item.rest for item in self.objects])
         return float(np.ptp(points, axis=0).max())
 
     def with_entries(self, n: int) -> "Scene":
         """The scene with its first `n` entries."""
-        parts = tuple(
+        objects = tuple(
             replace(
-                part,
-                moved=part.moved[:n],
-                values=None if part.values is None else part.values[:n],
+                item,
+                moved=item.moved[:n],
+                values=None if item.values is None else item.values[:n],
             )
-            for part in self.parts
+            for item in self.objects
         )
-        return replace(self, entries=self.entries[:n], parts=parts, first=min(self.first, n - 1))
+        return replace(
+            self, entries=self.entries[:n], objects=objects, first=min(self.first, n - 1)
+        )
 
 
 def feature_edges(

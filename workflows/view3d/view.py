@@ -15,8 +15,8 @@ from carrierflex.workflows.view3d.scene import (
     UNNAMED_COLOUR,
     FloatArray,
     Label,
-    Part,
     Scene,
+    SceneObject,
 )
 
 #: Largest page [bytes]; entries at the end are left out of a larger one.
@@ -67,11 +67,11 @@ def _page(scene: Scene) -> str:
         time=_start(scene, scene.first) + scene.control.start - scene.control.stops[0],
     )
     switches = []
-    for part in scene.parts:
-        drawn = _drawn(k3d, scene, part)
+    for item in scene.objects:
+        drawn = _drawn(k3d, scene, item)
         plot += drawn
-        if part.name:
-            switches.append({"name": part.name, "colour": part.colour, "id": drawn.id})
+        if item.name:
+            switches.append({"name": item.name, "colour": item.colour, "id": drawn.id})
     for label in scene.labels:
         plot += _label(k3d, scene, label)
     data = json.dumps(_panel_data(scene, switches)).replace("<", "\\u003c")
@@ -151,51 +151,51 @@ def _start(scene: Scene, number: int) -> float:
 
 
 def _camera(scene: Scene) -> list[float]:
-    points = np.concatenate([part.rest for part in scene.parts])
+    points = np.concatenate([item.rest for item in scene.objects])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     distance = 0.85 * scene.size / np.tan(np.deg2rad(_FIELD_OF_VIEW_DEG / 2.0))
     eye = middle + distance * np.array(scene.eye) / np.linalg.norm(scene.eye)
     return [*eye.tolist(), *middle.tolist(), 0.0, 0.0, 1.0]
 
 
-def _drawn(k3d: Any, scene: Scene, part: Part) -> Any:
-    """The part as an object of k3d, with its states over time."""
+def _drawn(k3d: Any, scene: Scene, item: SceneObject) -> Any:
+    """The item as an object of k3d, with its states over time."""
     step = scene.size * _ROUNDING
-    vertices = _over_time(scene, part, part.rest, part.moved, step)
+    vertices = _over_time(scene, item, item.rest, item.moved, step)
     # The colour map's colours are multiplied by this one.
-    colour = part.colour if part.values is None else "#ffffff"
-    options: dict[str, Any] = {"name": part.name, "color": int(colour[1:], 16)}
-    if part.cells.shape[1] == 2:
+    colour = item.colour if item.values is None else "#ffffff"
+    options: dict[str, Any] = {"name": item.name, "color": int(colour[1:], 16)}
+    if item.cells.shape[1] == 2:
         drawn = k3d.lines(
-            part.rest.astype(np.float32),
-            part.cells.astype(np.uint32),
+            item.rest.astype(np.float32),
+            item.cells.astype(np.uint32),
             indices_type="segment",
-            shader="mesh" if part.width else "simple",
-            width=part.width or 1e-3,
+            shader="mesh" if item.width else "simple",
+            width=item.width or 1e-3,
             **options,
         )
-    elif part.values is None:
+    elif item.values is None:
         drawn = k3d.mesh(
-            part.rest.astype(np.float32),
-            part.cells.astype(np.uint32),
+            item.rest.astype(np.float32),
+            item.cells.astype(np.uint32),
             side="double",
             flat_shading=False,
             **options,
         )
     else:
         drawn = k3d.mesh(
-            part.rest.astype(np.float32),
-            part.cells.astype(np.uint32),
-            attribute=np.zeros(len(part.rest), dtype=np.float32),
+            item.rest.astype(np.float32),
+            item.cells.astype(np.uint32),
+            attribute=np.zeros(len(item.rest), dtype=np.float32),
             color_map=_colour_map(),
             color_range=[-1.0, 3.0],
             side="double",
             roughness=0.9,
             **options,
         )
-        drawn.attribute = _colours_over_time(scene, part)
+        drawn.attribute = _colours_over_time(scene, item)
     drawn.vertices = vertices
-    if part.turns:
+    if item.turns:
         drawn.model_matrix = {time: _turned(stop) for time, stop in _times(scene)}
     return drawn
 
@@ -229,40 +229,42 @@ def _times(scene: Scene) -> list[tuple[str, float]]:
     ]
 
 
-def _over_time(scene: Scene, part: Part, rest: FloatArray, moved: FloatArray, step: float) -> Any:
+def _over_time(
+    scene: Scene, item: SceneObject, rest: FloatArray, moved: FloatArray, step: float
+) -> Any:
     """Points of every state, rounded; the same points where nothing moves."""
     if not moved.any():
         return rest.astype(np.float32)
     stops = (
         scene.control.stops
-        if part.follows
+        if item.follows
         else scene.control.stops[:: len(scene.control.stops) - 1]
     )
     first = scene.control.stops[0]
     return {
         repr(_start(scene, number) + stop - first): _rounded(
-            rest + (stop if part.follows else 1.0) * moved[number], step
+            rest + (stop if item.follows else 1.0) * moved[number], step
         )
         for number in range(len(scene.entries))
         for stop in stops
     }
 
 
-def _colours_over_time(scene: Scene, part: Part) -> dict[str, NDArray[np.float32]]:
+def _colours_over_time(scene: Scene, item: SceneObject) -> dict[str, NDArray[np.float32]]:
     """Share of the limit in every state; in an entry without a legend the surface's own band."""
-    assert part.values is not None
+    assert item.values is not None
     stops = (
         scene.control.stops
-        if part.follows
+        if item.follows
         else scene.control.stops[:: len(scene.control.stops) - 1]
     )
     first = scene.control.stops[0]
     colours = {}
     for number, entry in enumerate(scene.entries):
         for stop in stops:
-            share = (stop if part.follows else 1.0) * part.values[number]
+            share = (stop if item.follows else 1.0) * item.values[number]
             if not entry.legend:
-                share = np.full_like(share, _band_middle(part.colour))
+                share = np.full_like(share, _band_middle(item.colour))
             colours[repr(_start(scene, number) + stop - first)] = _rounded(share, 2.0**-9)
     return colours
 
@@ -303,4 +305,4 @@ def _colour_map() -> NDArray[np.float32]:
 
 
 def _hex(colour: NDArray[np.float64]) -> str:
-    return "#" + "".join(f"{round(255 * part):02x}" for part in colour)
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)

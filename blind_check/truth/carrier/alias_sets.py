@@ -53,11 +53,11 @@ def alias_sets(
     """
     shape_of = {name: OTHER_FORMS[name].shape for name in alone}
     others = sorted({form.shape for form in OTHER_FORMS.values()} - set(shape_of.values()))
-    remaining = {shape: _beside(shape, records, baseline) for shape in others if alone}
+    remaining = {shape: _baseline_with_class(shape, records, baseline) for shape in others if alone}
     choices = [
         [
             shape_of[name],
-            *(shape for shape in others if _left(remaining[shape], alone[name]) <= most),
+            *(shape for shape in others if _residual_rms(remaining[shape], alone[name]) <= most),
         ]
         for name in alone
     ]
@@ -65,7 +65,9 @@ def alias_sets(
     return tuple(sorted(sets - {tuple(sorted(shape_of.values()))}))
 
 
-def _beside(shape: str, records: Sequence[RimRecord], baseline: LinearBaseline) -> LinearBaseline:
+def _baseline_with_class(
+    shape: str, records: Sequence[RimRecord], baseline: LinearBaseline
+) -> LinearBaseline:
     """Baseline with the signals of a class, at every value of its forms."""
     rng = np.random.default_rng(_SEED)
     forms = [name for name, form in OTHER_FORMS.items() if form.shape == shape]
@@ -80,9 +82,9 @@ def _beside(shape: str, records: Sequence[RimRecord], baseline: LinearBaseline) 
     return LinearBaseline(columns, baseline.own_offset)
 
 
-def _left(beside: LinearBaseline, signals: Sequence[FloatArray]) -> float:
+def _residual_rms(extended: LinearBaseline, signals: Sequence[FloatArray]) -> float:
     """RMS that a baseline leaves of signals [m]."""
-    residuals = beside.residuals([_thinned(signal) for signal in signals])
+    residuals = extended.residuals([_thinned(signal) for signal in signals])
     return root_mean_square(np.concatenate([residual.reshape(-1) for residual in residuals]))
 
 

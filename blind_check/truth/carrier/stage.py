@@ -165,7 +165,7 @@ def series_campaign(
         declared = (load[0] * torque_error, load[1], load[2])
         runs.append(_run(k, angle, declared, (measured, predicted[k])))
     with_effect, without = (
-        root_mean_square(np.concatenate([parts[i].ravel() for parts in remaining])) for i in (0, 1)
+        root_mean_square(np.concatenate([pair[i].ravel() for pair in remaining])) for i in (0, 1)
     )
     return SeriesCampaign(_campaign(name, runs, floor), gap, floor, with_effect / without)
 

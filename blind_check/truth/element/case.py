@@ -229,14 +229,14 @@ class DecayRefit:
         scale = np.concatenate(signals).std()
 
         def residual(theta: FloatArray) -> FloatArray:
-            return np.concatenate(self._left(signals, theta)) / scale
+            return np.concatenate(self._residuals(signals, theta)) / scale
 
         solution = least_squares(
             residual, [1.0, 1.0], bounds=([0.3, 0.01], [3.0, 100.0]), x_scale=[0.01, 0.3]
         )
-        return self._left(signals, np.asarray(solution.x))
+        return self._residuals(signals, np.asarray(solution.x))
 
-    def _left(self, signals: Sequence[FloatArray], theta: FloatArray) -> list[FloatArray]:
+    def _residuals(self, signals: Sequence[FloatArray], theta: FloatArray) -> list[FloatArray]:
         """Residuals at a frequency and a damping, over those to start from."""
         swings = [self._swing(signal.size, theta) for signal in signals]
         moved, one = [], []

@@ -232,14 +232,14 @@ def _disturbance(rng: np.random.Generator, size: float, omega: float) -> Lines:
     return Lines(amplitude, lines, rng.uniform(0.0, 2.0 * np.pi, n), 1e-6)
 
 
-def _beyond_linear_memory(law: Law, reference: Reference, omega: float, left: float) -> Law:
+def _beyond_linear_memory(law: Law, reference: Reference, omega: float, least_share: float) -> Law:
     """Spring and dashpot with the least curvature of which a linear memory leaves enough."""
     v = reference.columns[:, 1]
     branches = [_relaxing(v, reference.step, time / omega) for time in _TIMES]
     memory = replace(reference, columns=np.column_stack([reference.columns, *branches]))
     for _ in range(_TIMES_MORE):
         force = force_of(law, reference)
-        if memory.missing(force) >= left * reference.missing(force):
+        if memory.missing(force) >= least_share * reference.missing(force):
             break
         law = replace(law, p=law.p * np.array([_MORE, *np.ones(law.p.size - 1)]))
     return law

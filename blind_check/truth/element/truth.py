@@ -290,12 +290,12 @@ def shown_by_each(case: ElementCase, names: Sequence[str]) -> list[list[FloatArr
     return [[_shown(case, laws, run) for run in range(len(case.drives))] for laws in alone]
 
 
-def _shown(case: ElementCase, own: Element, run: int) -> FloatArray:
+def _shown(case: ElementCase, element: Element, run: int) -> FloatArray:
     """Channel of one run with the force of one cause along the recorded motion, shape (n,)."""
     q = case.recorded[run]
-    linear = replace(own, laws=(), delay=0.0, lag=0.0)
-    answer = linear.motion(case.drives[run], run, case.n, added=-own.law_force(q))
-    late = own.sensed(q, case.n) - linear.sensed(q, case.n)
+    linear = replace(element, laws=(), delay=0.0, lag=0.0)
+    answer = linear.motion(case.drives[run], run, case.n, added=-element.law_force(q))
+    late = element.sensed(q, case.n) - linear.sensed(q, case.n)
     return linear.sensed(answer, case.n) + late
 
 

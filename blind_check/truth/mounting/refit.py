@@ -55,7 +55,7 @@ class MountingRefit:
         """What a refit to all runs leaves of the signals, each shape (n, 6)."""
         every = list(range(len(signals)))
         theta = self._fitted(signals, every, np.ones(2))
-        return self._left(signals, every, theta)
+        return self._residuals(signals, every, theta)
 
     def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
         """What is left of each run after a refit to the other runs.
@@ -68,7 +68,7 @@ class MountingRefit:
         start = self._fitted(signals, every, np.ones(2))
         for run in every:
             theta = self._fitted(signals, [other for other in every if other != run], start)
-            residuals += self._left(signals, [run], theta)
+            residuals += self._residuals(signals, [run], theta)
         return residuals
 
     def _fitted(
@@ -80,7 +80,7 @@ class MountingRefit:
         def residual(logarithms: FloatArray) -> FloatArray:
             """Misfit of the runs over their scatter."""
             theta = _parameters(logarithms)
-            residuals = self._left(signals, runs, theta)
+            residuals = self._residuals(signals, runs, theta)
             return np.concatenate([block.reshape(-1) for block in residuals]) / scale
 
         # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller
@@ -90,7 +90,7 @@ class MountingRefit:
         )
         return _parameters(fitted.x)
 
-    def _left(
+    def _residuals(
         self, signals: Sequence[FloatArray], runs: Sequence[int], theta: FloatArray
     ) -> list[FloatArray]:
         """What the baseline leaves of some runs."""

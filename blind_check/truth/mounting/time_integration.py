@@ -45,7 +45,7 @@ FINE, COARSE = 20, 8
 _BEARING_STEP = 2.0
 _BEARING_DAMPING = 0.03
 #: Part of a step at which each slope of the Runge-Kutta rule is taken.
-_PARTS = (0.0, 0.5, 0.5, 1.0)
+_RUNGE_KUTTA_NODES = (0.0, 0.5, 0.5, 1.0)
 
 
 _HYPERBOLIC = 0.6  # argument of the hyperbolic functions at the deflection's size
@@ -230,7 +230,7 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
         for within in range(fine):
             t = (sample * fine + within) * h
             for number in range(4):
-                law_part = _PARTS[number]
+                law_part = _RUNGE_KUTTA_NODES[number]
                 for i in range(n):
                     force[i] = forces[sample, i] + within * rise[i] + law_part * rise[i]
                 for i in range(x.size):

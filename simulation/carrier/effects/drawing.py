@@ -134,9 +134,9 @@ def drawing_effects(
         The second row of signals is that of a rigid fit, to be weighed by ``w``.
     """
     has_mirrors = _has_mirrors(curves["delta_f"].axial)
-    kept = partial(_kept_waves, highest=n_planets * max(MULTIPLES), sines_alone=has_mirrors)
+    retained = partial(_kept_waves, highest=n_planets * max(MULTIPLES), sines_alone=has_mirrors)
     derivatives = {
-        name: replace(curve, axial=kept(curve.axial), radial=kept(curve.radial))
+        name: replace(curve, axial=retained(curve.axial), radial=retained(curve.radial))
         for name, curve in curves.items()
         if "/" in name
     }

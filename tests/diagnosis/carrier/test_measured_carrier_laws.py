@@ -233,8 +233,8 @@ def test_records_that_leave_the_loads_of_a_law_are_told():
     assert warning.figure == pytest.approx(1.0 / 3.0)
     assert "N m, its table from 9e+04 to 2e+05 N m" in warning.text
     assert law_findings(problem, (tilt_law(),)) == ()
-    vector = replace(low.parts[0], follows="radial_load", along="y")
-    (warning,) = law_findings(problem, (replace(low, parts=(vector,)),))
+    vector = replace(low.terms[0], follows="radial_load", along="y")
+    (warning,) = law_findings(problem, (replace(low, terms=(vector,)),))
     assert "N along" in warning.text
 
 
@@ -275,7 +275,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             waves = _tabulated_waves(
                 dependence, dependence_functions, c @ weights[group], columns, visited
             )
-            law = tilt_law(effect_class=shape.id, parts=tuple(waves))
+            law = tilt_law(effect_class=shape.id, terms=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
                 features = source._flexible_rows(inputs)

@@ -96,7 +96,7 @@ def test_the_step_at_rest_is_the_whole_friction_with_its_bristles(friction):
     assert finding.id == "dissipation"
     assert_allclose(finding.shape.steps, friction, rtol=0.15)
     law = element_law(finding.measured_law)
-    slips = law.parts.stops[:, FIRST_FORCE:].sum()
+    slips = law.memory.stops[:, FIRST_FORCE:].sum()
     assert_allclose(law.friction + slips, finding.shape.steps, rtol=1e-6)
     assert slips > 0.5 * friction
 

@@ -115,8 +115,8 @@ def test_a_stop_differs_from_side_to_side_and_in_the_middle():
 
 
 def test_the_size_scales_forces_and_no_deflection():
-    law = lasting(parts=(Stop(ELEMENT, SLIP / STIFFNESS, SLIP, half_range=1e-3),))
-    other = lasting(effect_class="memory", parts=(Branch(ELEMENT, TAU, STIFFNESS),))
+    law = lasting(terms=(Stop(ELEMENT, SLIP / STIFFNESS, SLIP, half_range=1e-3),))
+    other = lasting(effect_class="memory", terms=(Branch(ELEMENT, TAU, STIFFNESS),))
     joined = joined_parts([(memory_parts(law), 2.0), (memory_parts(other), 3.0)])
     q = loop()
     expected = 2.0 * force_of(q, stop(slip=SLIP)) + 3.0 * force_of(q, BRANCH)

@@ -104,7 +104,7 @@ def test_one_curve_for_either_bushing_is_drawn_where_they_differ():
     assert other.name == "starboard bushing"
     assert "port bushing; starboard bushing" in shape.words
     assert np.ptp(other.y) < 0.5 * np.ptp(shape.y)
-    assert {term.acts_on for term in finding.measured_law.parts} == {STARBOARD, PORT}
+    assert {term.acts_on for term in finding.measured_law.terms} == {STARBOARD, PORT}
 
 
 @pytest.mark.long
@@ -117,7 +117,7 @@ def test_a_class_with_memory_is_drawn_and_kept_as_branches():
     assert np.interp(0.5, shape.x, shape.y) == pytest.approx(1e7 / np.e, rel=0.2)
     law = bushing_law_of_answer(answer, "twin")
     assert (law.name, law.effect_class) == ("memory_of_twin", "memory")
-    relaxed = [branch.stiffness * np.exp(-0.5 / branch.tau) for branch in law.parts]
+    relaxed = [branch.stiffness * np.exp(-0.5 / branch.tau) for branch in law.terms]
     assert sum(relaxed) == pytest.approx(np.interp(0.5, shape.x, shape.y), rel=0.02)
 
 
@@ -180,7 +180,7 @@ def test_records_that_leave_the_range_of_a_law_are_told():
     assert 0.0 < warning.figure < 1.0
     assert "is extrapolated with the slope of its end" in warning.remedy
     x = np.linspace(-1.0, 1.0, 3)
-    wide = straight(parts=(Table(BOTH, x, x, APART),))
+    wide = straight(terms=(Table(BOTH, x, x, APART),))
     assert law_findings(problem, (wide,)) == ()
 
 

@@ -252,7 +252,7 @@ def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_pa
     assert result.score is None
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
-    for reference in result.beside.values():
+    for reference in result.reference_checks.values():
         errors = [
             row.value for row in reference.class_score.figures if row.name.endswith(": error")
         ]
@@ -263,7 +263,7 @@ def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_pa
 def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_path):
     options = {"keep": False, "quiet": True, "references": True}
     result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)
-    assert set(result.beside) == {"best_single_law", "sparse_regression"}
+    assert set(result.reference_checks) == {"best_single_law", "sparse_regression"}
     page = (tmp_path / "blind_check.md").read_text(encoding="utf-8")
     assert "### Compared with plain methods on the same cases" in page
     # What was sealed and answered here is scored alike from the file of answers.
@@ -272,7 +272,7 @@ def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_
         assert (figure.name, figure.cases) == (other.name, other.cases)
         assert figure.value == pytest.approx(other.value, nan_ok=True)
     scored = main(out=tmp_path, score=tmp_path / "answers" / "best_single_law.json")
-    reference = result.beside["best_single_law"]
+    reference = result.reference_checks["best_single_law"]
     for figure, other in zip(
         reference.class_score.figures, scored.class_score.figures, strict=True
     ):

@@ -38,7 +38,7 @@ def body(model, shapes):
 
 
 def part_of(scene, name):
-    return next(surface for surface in scene.parts if surface.name == name)
+    return next(surface for surface in scene.objects if surface.name == name)
 
 
 def test_the_entries_are_surfaces_torque_free_modes_and_kept_modes(body):
@@ -46,7 +46,7 @@ def test_the_entries_are_surfaces_torque_free_modes_and_kept_modes(body):
     assert names[:2] == ["surfaces by name", "torque of 1 kN m"]
     assert sum(name.startswith("free mode ") for name in names) == 12
     assert sum(name.startswith("mode ") for name in names) == 11
-    assert {surface.name for surface in body.parts} >= {
+    assert {surface.name for surface in body.objects} >= {
         "rim_face",
         "shaft_face",
         "pin_1_upwind",
@@ -70,7 +70,7 @@ def test_the_rim_under_torque_moves_as_the_sensors_on_it_say(body, model, carrie
 
 def test_a_mode_is_drawn_to_the_same_size_as_another(body):
     sizes = [
-        max(float(np.linalg.norm(surface.moved[k], axis=1).max()) for surface in body.parts)
+        max(float(np.linalg.norm(surface.moved[k], axis=1).max()) for surface in body.objects)
         for k in range(2, len(body.entries))
     ]
     extent = np.ptp(part_of(body, "body").rest, axis=0).max()
@@ -167,4 +167,4 @@ def test_the_colours_of_the_gap_keep_the_limit_of_the_baseline():
 def test_fewer_entries_are_those_in_front(body):
     fewer = body.with_entries(3)
     assert fewer.entries == body.entries[:3]
-    assert all(len(surface.moved) == 3 for surface in fewer.parts)
+    assert all(len(surface.moved) == 3 for surface in fewer.objects)
