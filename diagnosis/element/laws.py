@@ -111,11 +111,11 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
     Force for unit amplitude; by the sizes over all runs, shapes are the same in each.
     """
     if _has_memory(law, model.measured):
-        parts = model.measured[law].memory
-        force = _memory_force(parts, run)
+        memory = model.measured[law].memory
+        force = _memory_force(memory, run)
         table = model.measured[law].force
         if table is not None:
-            force = force + _force_along(table, run) + _friction(parts, run, size)
+            force = force + _force_along(table, run) + _friction(memory, run, size)
         return force[None, None]
     if law == "sensor_delay":
         sign = 1.0 if model.by_force else -1.0
@@ -131,9 +131,9 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
     return _user_law(model, run, law)
 
 
-def _memory_force(parts: MemoryParts, run: ForceRecord) -> FloatArray:
+def _memory_force(memory: MemoryParts, run: ForceRecord) -> FloatArray:
     """Force of a law's branches and stops along a run, begun as the class's columns are."""
-    flat = flat_parts(replace(parts, levels=NO_PARTS.levels))
+    flat = flat_parts(replace(memory, levels=NO_PARTS.levels))
     if not flat.size:
         return np.zeros(run.x.size)
     if not run.from_rest:
@@ -202,11 +202,11 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
     return None
 
 
-def _friction(parts: MemoryParts, run: ForceRecord, size: MotionSize) -> FloatArray:
+def _friction(memory: MemoryParts, run: ForceRecord, size: MotionSize) -> FloatArray:
     """Dry friction of a surface along the motion of a run, shape (n,)."""
-    if not parts.levels.size:
+    if not memory.levels.size:
         return np.zeros(run.x.size)
-    nodes, levels = parts.levels.T
+    nodes, levels = memory.levels.T
     return np.asarray(np.interp(run.x, nodes, levels) * _sign(run.v, size))
 
 

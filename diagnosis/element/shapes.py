@@ -200,10 +200,10 @@ def _law(
 ) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
     if name in TABULATED:
-        parts: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
+        terms: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
-            parts += _friction_parts(table.bases.size, shape.steps, weights)
-        return Law("", ELEMENT, name, units, tuple(parts))
+            terms += _friction_parts(table.bases.size, shape.steps, weights)
+        return Law("", ELEMENT, name, units, tuple(terms))
     if name not in WITH_MEMORY:
         return None
     size = table.bases.size
@@ -217,12 +217,12 @@ def _friction_parts(
     """Dry friction whose steps at rest are those of the curve, its bristles as stops."""
     slips = np.maximum(weights[-size.presliding.size :], 0.0)
     turning = min(float(slips.sum()), *steps)
-    parts: list[LawTerm] = []
+    terms: list[LawTerm] = []
     if turning > 0.0:
         bristles = _stops_of_bristles(size.presliding, slips * turning / slips.sum())
-        parts += law_terms(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
+        terms += law_terms(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
     plus, minus = (step - turning for step in steps)
-    return [*parts, Friction(ELEMENT, plus, minus)] if plus or minus else parts
+    return [*terms, Friction(ELEMENT, plus, minus)] if plus or minus else terms
 
 
 def _rows_with_memory(table: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
@@ -417,9 +417,9 @@ def _surface_law(
     bristles = _stops_of_bristles(size.presliding, slips)
     turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
     friction = np.column_stack([grid.x, levels])
-    parts = law_terms(replace(turning, levels=friction) if any(levels) else turning)
+    terms = law_terms(replace(turning, levels=friction) if any(levels) else turning)
     surface = Surface(ELEMENT, grid.x, grid.v, y)
-    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *parts))
+    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *terms))
 
 
 def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
