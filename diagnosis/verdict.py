@@ -107,6 +107,14 @@ def verdict_of(
     if laws and is_near_floor and are_worse:
         # In force space a friction that stops the mass stands in a further class.
         return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+    least = ClassConstants().leading_share
+    if isinstance(shapes, GapReduction) and shapes.phi < least:
+        text = (
+            f"{_listed(answer.ids)} explains {min(answer.share, 1.0):.0%} of the gap in force "
+            f"space, but simulated {max(shapes.phi, 0.0):.0%} of it on held-out records; a cause "
+            f"explains at least {least:.0%}"
+        )
+        return Verdict(NONE_OF_THESE, text, (), replace(answer, state=NO_CLASS), reduction)
     return _of_class(answer, laws, reduction, shapes)
 
 

@@ -295,7 +295,7 @@ def worth(diagnosis: Diagnosis) -> str:
         return f"The gap is {before} RMS; how much of it is noise is not known."
     floor = sized(far.noise_floor, diagnosis.unit)
     explains = diagnosis.shrinks_by_class or len(far.steps) > 1
-    if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
+    if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not far.rho < 1.0:
         return f"The gap is {before} RMS, the noise floor {floor}."
     share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - _WORTH else ""
     return (

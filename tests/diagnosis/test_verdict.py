@@ -325,6 +325,23 @@ def test_a_law_at_the_noise_stands_where_the_simulator_refuses_a_further_class(
     )
 
 
+@pytest.mark.parametrize(
+    ("phi", "verdict"), [(-0.56, NONE_OF_THESE), (0.49, NONE_OF_THESE), (0.51, CLASS_NAMED)]
+)
+def test_a_class_whose_shape_explains_little_once_it_is_simulated_is_none(phi, verdict):
+    """In force space, with the motion as measured, damping explains what it cannot cause."""
+    result = verdict_of(
+        Selection((), (), ()),
+        reduction(0.0),
+        answer(classes=[finding("damping")]),
+        Thresholds(),
+        floor_is_measured=True,
+        by_shapes=lambda answer: reduction(phi),
+    )
+    assert result.verdict == verdict
+    assert "-5" not in result.reason
+
+
 def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
     full = joint(answer(classes=[finding("spring")], share=1.02)).reduction
     assert (full.rms_after, full.floor_multiple) == pytest.approx((0.1, 1.0))

@@ -110,6 +110,9 @@ def test_the_worth_is_the_gap_before_and_after():
     text = worth(replace(diagnosis("named"), reduction=far))
     assert text.startswith("Expected: gap 200 µm to 10 µm RMS (-95 %) on held-out records")
     assert worth(diagnosis("not_diagnosable")) == ""
+    # Nothing is expected of laws that leave more than the baseline does.
+    worse = replace(far, rms_after=7e-4, rho=3.5)
+    assert worth(replace(diagnosis("named"), reduction=worse)).startswith("The gap is 200 µm RMS")
 
 
 def test_what_a_class_explains_is_told_where_no_law_is_added():
