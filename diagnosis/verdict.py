@@ -154,8 +154,9 @@ def _of_laws(
     if not laws:
         return NONE_OF_THESE, _no_law(selection, reduction)
     if reduction.phi < limits.named_share:
+        share = max(reduction.phi, 0.0)
         return NONE_OF_THESE, (
-            f"the best laws, {set_name(laws)}, explain {reduction.phi:.0%} of the gap and leave "
+            f"the best laws, {set_name(laws)}, explain {share:.0%} of the gap and leave "
             f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least "
             f"{limits.named_share:.0%}"
         )

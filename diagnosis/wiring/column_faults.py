@@ -159,7 +159,8 @@ def drifting_gain(
     """Gain of the load that grows over every run, the same in all, with which least is left.
 
     What a linear machine answers grows with it, ``r = c (g t + g_0) x``; g_0 is known to the
-    baseline where there is one load. The arguments are those of :func:`drifting_zeros`.
+    baseline where there is one load. The arguments are those of :func:`drifting_zeros`. None where
+    a constant gain alone does it.
     """
     is_mounting = campaign.kind == "mounting"
     names = LOADS if is_mounting else tuple(campaign.contract.inputs)
@@ -177,6 +178,8 @@ def drifting_gain(
     number = int(np.argmin([one.mean_square for one in of_load]))
     name, best = names[number], of_load[number]
     if best.mean_square > gap.remaining(SCREENED):
+        return
+    if best.without_columns([first]).mean_square <= gap.enough:
         return
     growth, *constant = best.steps[0, first : first + n_columns].tolist()
     middle = 1.0 + sum(constant)
