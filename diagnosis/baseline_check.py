@@ -408,7 +408,8 @@ def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> Baselin
     if reduction is None or any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
         return baseline
     most = _most_beside(baseline, diagnosis)
-    if diagnosis.verdict == NAMED and reduction.floor_multiple <= Thresholds().near_floor:
+    is_named = diagnosis.verdict in (NAMED, CLASS_NAMED)
+    if is_named and reduction.floor_multiple <= Thresholds().near_floor:
         most = max(most, min(reduction.phi, 1.0))
     explained = {
         (rival.id, rival.about)

@@ -164,7 +164,8 @@ def _of_laws(
         rivals = ", ".join(set_name(rival) for rival in selection.rivals)
         return ALIASED, f"{rivals} predicts held-out records as well"
     explained = (
-        f"explains {reduction.phi:.1%} of the gap above the floor (mean square) on held-out records"
+        f"{_listed(laws)} explains {reduction.phi:.1%} of the gap above the floor (mean square) on "
+        "held-out records"
     )
     is_remainder = reduction.floor_multiple > limits.remainder
     remaining = f"{reduction.floor_multiple:.{1 if is_remainder else 2}f} times the noise floor"

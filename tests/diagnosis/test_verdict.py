@@ -100,7 +100,7 @@ def test_a_cause_that_leaves_noise_is_named():
     assert kind == NAMED
     explained, remainder = reason.split("; ")
     assert (
-        explained == "explains 93.8% of the gap above the floor (mean square) on held-out records"
+        explained == "a explains 93.8% of the gap above the floor (mean square) on held-out records"
     )
     assert remainder == "what remains is 1.10 times the noise floor"
 
@@ -110,7 +110,7 @@ def test_a_remainder_is_reported_above_its_limit_only():
     kind, reason = decided(floor_multiple=1.3)
     assert kind == NAMED_WITH_REMAINDER
     assert reason.endswith("what remains is 1.3 times the noise floor")
-    assert reason.startswith("explains 93.8% of the gap above the floor (mean square)")
+    assert reason.startswith("a explains 93.8% of the gap above the floor (mean square)")
 
 
 def test_a_gap_of_a_measured_floor_is_at_it_whatever_was_accepted():
@@ -578,7 +578,7 @@ def test_every_verdict_of_laws_is_reached_from_records():
     # With 2 outside the library: 8² of 8² + 2² is explained, the root of 1 + 2² is left.
     remainder = diagnosed({"a": 8.0, "outside": 2.0})
     assert (remainder.verdict, remainder.attribution.effects) == (NAMED_WITH_REMAINDER, ("a",))
-    assert remainder.reason.startswith("explains 94.1% of the gap")
+    assert remainder.reason.startswith("a explains 94.1% of the gap")
     assert remainder.reason.endswith("what remains is 2.2 times the noise floor")
     aliased = diagnosed({"a": 5.0}, {"a": {"a": 1.0}, "b": {"a": -1.0}, "c": {"c": 1.0}})
     assert (aliased.verdict, aliased.attribution.aliases) == (ALIASED, (("a", "b"),))
