@@ -144,6 +144,12 @@ class BaselineCheck:
     warnings: tuple[CampaignWarning, ...]
     rivals: tuple[tuple[WiringRival, float], ...]
 
+    def with_rivals(self, rivals: Sequence[tuple[WiringRival, float]]) -> "BaselineCheck":
+        """The same with further rivals, each with its finding."""
+        reported = tuple(pair for pair in rivals if pair[1] >= _REPORTED)
+        warnings = tuple(_wiring_warning(rival, share) for rival, share in reported)
+        return BaselineCheck((*self.warnings, *warnings), (*self.rivals, *reported))
+
 
 def checked_baseline(
     problem: ComparisonProblem,

@@ -9,9 +9,11 @@ from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
+from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
+from carrierflex.diagnosis.late_columns import columns_put_back
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -30,6 +32,9 @@ class ExaminedCampaign:
     warnings: Annotated[tuple[CampaignWarning, ...], "What the records say by themselves"]
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
     floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
+    problem_of: Annotated[
+        Callable[[Campaign], ComparisonProblem], "``(campaign) -> problem`` of other records of it"
+    ]
 
     def baseline(
         self, fit: EffectFit | None = None, laws: Effects = (), shapes: Sequence[Law] = ()
@@ -82,6 +87,13 @@ class ExaminedCampaign:
         answer = None if compared.attribution.effects else compared.classes
         shapes = answer.shapes if answer else ()
         baseline = self.baseline(compared.baseline, laws, shapes)
+        far = compared.reduction
+        if far is not None and compared.verdict != AT_NOISE_FLOOR:
+            before, floor = far.rms_before**2, far.noise_floor**2
+            rival = columns_put_back(
+                self.distinct, compared.classes, before, floor, self.problem_of
+            )
+            baseline = baseline.with_rivals([rival] if rival else [])
         return with_findings(compared, (*self.warnings, *findings), baseline)
 
 
@@ -114,4 +126,11 @@ def examined(
     warnings = records_findings(campaign, curves, copies, probes)
     distinct = without_copies(campaign, copies)
     problem, floor_is_measured = problem_of(distinct, curves, laws)
-    return ExaminedCampaign(distinct, probes, warnings, problem, floor_is_measured)
+    return ExaminedCampaign(
+        distinct,
+        probes,
+        warnings,
+        problem,
+        floor_is_measured,
+        lambda other: problem_of(other, curves, laws)[0],
+    )
