@@ -51,19 +51,13 @@ def columns_put_back(
         None where the columns are less than half a step off, or where, put back, neither less
         remains nor as little with fewer classes.
     """
-    steps = _late_steps(campaign)
-    if campaign.baseline.source != "columns" or steps == 0:
+    late = _late_steps(campaign) if campaign.baseline.source == "columns" else 0
+    if late == 0:
         return None
-    runs = tuple(_put_back(run, steps) for run in campaign.runs)
-    try:
-        problem = problem_of(replace(campaign, runs=runs))
-        gap = mean_square_left(problem, fit_effects(problem, ()))
-        other = problem.class_answer()
-    except ValueError:  # A baseline that these columns lead out of its bounds is no better one.
-        return None
-    equal = ClassConstants().most_equal_left
-    remaining, as_read = _remaining(other, gap, floor), _remaining(answer, before, floor)
-    classes = () if other is None else other.ids
+    equal, as_read = ClassConstants().most_equal_left, _remaining(answer, before, floor)
+    # A cause beside it may turn the sign of the slope.
+    tried = [(*_compared_anew(campaign, n, floor, problem_of), n) for n in sorted({1, -1, late})]
+    remaining, classes, steps = min(tried)
     is_simpler = len(classes) < len(() if answer is None else answer.ids)
     if not (equal * remaining < as_read or (is_simpler and remaining < equal * as_read)):
         return None
@@ -75,6 +69,23 @@ def columns_put_back(
     laws = tuple(MEASURED + name for name in classes)
     rival = WiringRival(CLOCK, about, text, remaining, line, laws)
     return rival, (before - remaining) / (before - floor)
+
+
+def _compared_anew(
+    campaign: Campaign,
+    steps: int,
+    floor: float,
+    problem_of: Callable[[Campaign], ComparisonProblem],
+) -> tuple[float, tuple[str, ...]]:
+    """Mean square that remains beside columns put back by some steps, and the classes there."""
+    runs = tuple(_put_back(run, steps) for run in campaign.runs)
+    try:
+        problem = problem_of(replace(campaign, runs=runs))
+        gap = mean_square_left(problem, fit_effects(problem, ()))
+        answer = problem.class_answer()
+    except ValueError:  # A baseline that these columns lead out of its bounds is no better one.
+        return np.inf, ()
+    return _remaining(answer, gap, floor), () if answer is None else answer.ids
 
 
 def _late_steps(campaign: Campaign) -> int:

@@ -228,7 +228,9 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return beyond_visited(law, self.model, self.records, self._bare[1])
 
     def wiring(self, campaign: Campaign) -> WiringChecks:
-        """Signs and gains of loads, exchanged sensors, delays and drifts."""
+        """Signs and gains of loads, exchanged sensors, delays and drifts of a model's baseline."""
+        if campaign.baseline.source != "model":
+            return super().wiring(campaign)
 
         def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
@@ -330,7 +332,10 @@ def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> M
 
 
 def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
-    """Problem whose baseline is the prediction in the run files, K1 and C1 those that it obeys."""
+    """Problem whose baseline is the prediction in the run files, K1 and C1 those that it obeys.
+
+    The differences that laws make are those of such bushings.
+    """
     # The floor is the measurement's: a prediction has no noise to be estimated.
     channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)
     runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
@@ -342,7 +347,14 @@ def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> Mo
         if name not in campaign.baseline.effects
     }
     linear = replace(problem.model, contained=(), cards=cards)
-    linear_fit = replace(problem, model=linear, records=simulated).bare_fit()
+    # Of a prediction that is early or in another unit the least squares may be no bushings; the
+    # difference steps stay inside the bounds too.
+    physical = [
+        (p.lower + MountingProblem.difference * p.scale, p.upper) for p in linear.of_baseline()
+    ]
+    linear_fit = np.clip(
+        replace(problem, model=linear, records=simulated).bare_fit(), *np.transpose(physical)
+    )
     records = tuple(
         replace(
             record,

@@ -44,12 +44,7 @@ _SMALLEST_GAIN = 0.02
 
 
 def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
-    """Baseline refitted with what looks turned or exchanged put right.
-
-    Empty where nothing looks wrong, or the baseline is another simulator's.
-    """
-    if problem.model.fixed:
-        return ()
+    """Baseline refitted with what looks turned or exchanged put right; empty where nothing does."""
     rivals = []
     nominal = _nominal(problem)
     answers = [_answers(problem, record, nominal) for record in problem.records]

@@ -245,7 +245,7 @@ def drifting_clocks(
                 drifts.append((sureness, refined))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        mean_square = refitted(_put_back(campaign, [drift]))
+        mean_square = _refitted_inside(_put_back(campaign, [drift]), refitted)
         if np.isfinite(mean_square):
             file = runs[drift.run].file
             rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
@@ -253,7 +253,9 @@ def drifting_clocks(
         together = [drift for _, drift in drifts]
         # What the baseline took of the delays is none where the clocks were right at the start.
         from_start = [replace(drift, delay=0.5 * drift.growth) for drift in together]
-        mean_square = min(refitted(_put_back(campaign, each)) for each in (together, from_start))
+        mean_square = min(
+            _refitted_inside(_put_back(campaign, each), refitted) for each in (together, from_start)
+        )
         if np.isfinite(mean_square):
             rivals.append(_clock_of_runs(together, runs, mean_square))
     return tuple(rivals)
@@ -299,10 +301,7 @@ def refitted_clock(
         """Mean square with the guess times a factor."""
         if factor not in tried:
             put_back = _put_back(campaign, [_times(guess, factor)])
-            # A clock that moves a run out of its record is none.
-            is_inside = all(_is_mostly_known(run) for run in put_back.runs)
-            mean_square = refitted(put_back) if is_inside else np.inf
-            tried[factor] = mean_square if np.isfinite(mean_square) else np.inf
+            tried[factor] = _refitted_inside(put_back, refitted)
         return tried[factor]
 
     if mean_square_with(1.0) <= enough:
@@ -320,6 +319,14 @@ def refitted_clock(
 def without_delay(campaign: Campaign, delay: float) -> Campaign:
     """Campaign whose signals are put back by a delay of all of them."""
     return _put_back(campaign, [ClockDrift("", delay, 0.0)])
+
+
+def _refitted_inside(campaign: Campaign, refitted: Callable[[Campaign], float]) -> float:
+    """Mean square of the refitted baseline; infinite where it runs away, or no record is left."""
+    if not all(map(_is_mostly_known, campaign.runs)):
+        return np.inf
+    mean_square = refitted(campaign)
+    return mean_square if np.isfinite(mean_square) else np.inf
 
 
 def _is_mostly_known(run: Run) -> bool:

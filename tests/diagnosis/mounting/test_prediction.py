@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.effect_fit import mean_square_of
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.declarations import Baseline
+from carrierflex.workflows.diagnosis.examination import examined
 from tests.diagnosis.mounting.mounting_campaigns import TRUE_LINEAR, mounting_campaign
 
 CUBIC = {"K3": 6e12}
@@ -42,6 +44,29 @@ def test_what_the_prediction_lacks_is_named():
     assert_allclose(
         diagnosis.attribution.parameters["baseline"]["K1"].value, TRUE_LINEAR["K1"], rtol=1e-4
     )
+
+
+def test_a_prediction_in_millimetres_is_no_exchange_of_runs():
+    """A refitted model is no rival of another simulator's prediction, which stands as it is."""
+    measured = mounting_campaign(seconds=40.0)
+    beside = with_predictions(measured, measured)
+    runs = tuple(
+        replace(run, predictions={k: 1e3 * v for k, v in run.predictions.items()})
+        for run in beside.runs
+    )
+    examination = examined(replace(beside, runs=runs))
+    assert examination.baseline().rivals == ()
+    assert {warning.check for warning in examination.warnings} >= {"unit"}
+
+
+def test_a_prediction_without_damping_has_bushings_all_the_same():
+    """Columns that are early leave a negative damping to least squares."""
+    measured = mounting_campaign({"C1": 0.0}, seconds=40.0, noise=0.0)
+    early = {run.name: {k: np.roll(v, -1) for k, v in run.signals.items()} for run in measured.runs}
+    runs = tuple(replace(run, predictions=early[run.name]) for run in measured.runs)
+    campaign = replace(measured, baseline=Baseline("columns", ()), runs=runs)
+    problem, _ = problem_of(campaign)
+    assert np.isfinite(mean_square_of(problem))
 
 
 def test_the_gap_is_measured_less_predicted():
