@@ -23,6 +23,7 @@ from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 FloatArray = NDArray[np.float64]
+_ABOUT = "columns of the prediction"
 
 
 def columns_put_back(
@@ -63,11 +64,10 @@ def columns_put_back(
         return None
     step = mean_step(campaign.runs[0].time)
     size = f"{abs(steps)} step{'s' * (abs(steps) > 1)} of time ({abs(steps) * step * 1e3:.3g} ms)"
-    text = f"the columns of the prediction {size} {'earlier' if steps > 0 else 'later'}"
-    about = ", ".join(channel.name for channel in campaign.channels)
+    text = f"the {_ABOUT} {size} {'earlier' if steps > 0 else 'later'}"
     line = sample_of(campaign.runs[0].file, 0)
     laws = tuple(MEASURED + name for name in classes)
-    rival = WiringRival(CLOCK, about, text, remaining, line, laws)
+    rival = WiringRival(CLOCK, _ABOUT, text, remaining, line, laws)
     return rival, (before - remaining) / (before - floor)
 
 

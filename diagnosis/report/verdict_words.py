@@ -192,14 +192,17 @@ def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[li
         laws = [finding.law for finding in answer.classes if finding.law_named]
         first = _class_words(answer, laws) if laws else _class_names(answer)
         groups = {answer.ids[0]: [first, *tied]}
+    named = which.effects or (() if answer is None else answer.ids)
     for first, *others in which.aliases:
-        groups.setdefault(first, [_with_change(diagnosis, first)]).extend(
+        # Classes that are named together are one group.
+        known = next(iter(groups)) if first in named and first not in groups else first
+        groups.setdefault(known, [_with_change(diagnosis, first)]).extend(
             f"a fault of the measurement ({fault_words(name)})"
             if _is_fault(name)
             else _with_change(diagnosis, name)
             for name in others
             # What is named beside an effect is no alternative to it: a fault may stand for all.
-            if name not in which.effects and (with_faults or not _is_fault(name))
+            if name not in named and (with_faults or not _is_fault(name))
         )
     return list(groups.values())
 

@@ -1,6 +1,7 @@
 """What a report shows first: engineers' units, the next step, the machine."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -98,6 +99,18 @@ def test_classes_that_one_frequency_mixes_are_measured_apart_and_no_unknown_caus
     unknown = replace(mixed, classes=replace(answer, experiment=""))
     assert next_step(unknown).startswith("Check the position and growth of the gap")
     assert verdict_heading(unknown) == "No known effect explains the gap"
+
+
+def test_a_fault_beside_one_of_two_classes_is_an_alternative_to_both():
+    classes = SimpleNamespace(
+        ids=("coupled_damping", "memory"), ties=(), classes=(), state="named", experiment=""
+    )
+    tied = Attribution((), (("memory", "wiring/clock"),), {}, (), "")
+    text = verdict_heading(replace(diagnosis("aliased"), classes=classes, attribution=tied))
+    assert text == (
+        "The gap is explained by coupled damping and memory. Cannot be distinguished in these "
+        "records: one of coupled damping and memory; a fault of the measurement (clock)"
+    )
 
 
 def test_the_worth_is_the_gap_before_and_after():
