@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
+from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.refits import CLOCK, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
@@ -24,13 +25,14 @@ from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 FloatArray = NDArray[np.float64]
 _ABOUT = "columns of the prediction"
+#: Values of all columns up to which they are moved: 80 MB.
+_MOST_VALUES = 10_000_000
 
 
 def columns_put_back(
     campaign: Campaign,
     answer: ClassAnswer | None,
-    before: float,
-    floor: float,
+    reduction: GapReduction,
     problem_of: Callable[[Campaign], ComparisonProblem],
 ) -> tuple[WiringRival, float] | None:
     """Classes beside columns that are put back in time, with the share that both explain.
@@ -41,21 +43,25 @@ def columns_put_back(
         Records with the prediction of another simulator.
     answer : ClassAnswer, optional
         Classes that the gap shows beside the columns as they are.
-    before, floor : float
-        Mean squares of the gap and of the noise.
+    reduction : GapReduction
+        How far what is named shrinks that gap.
     problem_of : callable
         ``(campaign) -> problem`` of the same records with other columns.
 
     Returns
     -------
     tuple of (WiringRival, float), optional
-        None where the columns are less than half a step off, or where, put back, neither less
-        remains nor as little with fewer classes.
+        None where there is no gap, where the columns are less than half a step off or too many to
+        be moved, or where, put back, neither less remains nor as little with fewer classes.
     """
-    late = _late_steps(campaign) if campaign.baseline.source == "columns" else 0
+    before, floor = reduction.rms_before**2, reduction.noise_floor**2
+    n_values = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
+    is_of_columns = campaign.baseline.source == "columns" and n_values <= _MOST_VALUES
+    late = _late_steps(campaign) if is_of_columns and floor < before < np.inf else 0
     if late == 0:
         return None
-    equal, as_read = ClassConstants().most_equal_left, _remaining(answer, before, floor)
+    equal = ClassConstants().most_equal_left
+    as_read = min(_remaining(answer, before, floor), max(reduction.rms_after**2, floor))
     # A cause beside it may turn the sign of the slope.
     tried = [(*_compared_anew(campaign, n, floor, problem_of), n) for n in sorted({1, -1, late})]
     remaining, classes, steps = min(tried)

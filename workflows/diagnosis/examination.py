@@ -89,10 +89,7 @@ class ExaminedCampaign:
         baseline = self.baseline(compared.baseline, laws, shapes)
         far = compared.reduction
         if far is not None and compared.verdict != AT_NOISE_FLOOR:
-            before, floor = far.rms_before**2, far.noise_floor**2
-            rival = columns_put_back(
-                self.distinct, compared.classes, before, floor, self.problem_of
-            )
+            rival = columns_put_back(self.distinct, compared.classes, far, self.problem_of)
             baseline = baseline.with_rivals([rival] if rival else [])
         return with_findings(compared, (*self.warnings, *findings), baseline)
 
