@@ -110,9 +110,9 @@ def verdict_of(
     least = ClassConstants().leading_share
     if isinstance(shapes, GapReduction) and shapes.phi < least:
         text = (
-            f"{_listed(answer.ids)} explains {min(answer.share, 1.0):.0%} of the gap in force "
-            f"space, but simulated {max(shapes.phi, 0.0):.0%} of it on held-out records; a cause "
-            f"explains at least {least:.0%}"
+            f"{_listed(answer.ids)} explains {min(answer.share, 1.0):.0%} of the gap along the "
+            f"measured motion, but {max(shapes.phi, 0.0):.0%} of it once simulated on held-out "
+            f"records; a cause explains at least {least:.0%}"
         )
         return Verdict(NONE_OF_THESE, text, (), replace(answer, state=NO_CLASS), reduction)
     return _of_class(answer, laws, reduction, shapes)
