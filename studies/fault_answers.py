@@ -4,8 +4,9 @@ An error counts where the baseline, fitted anew, leaves two noise floors more in
 without it; what a refit takes up is the record of another machine. Then it is
 
 - reported: one of its ids is among the findings that are new, the ties or what is named;
-- physics: not reported, and a law or class is named that is neither true nor of the measurement
-  (a delay, a gain, a map of loads or sensors), nor tied with a finding;
+- physics: not reported, and a law or class is named that is neither true, nor holds a true law,
+  nor is of the measurement (a delay, a gain, a map of loads or sensors), nor tied with a finding;
+- harmless: no physics, and nothing to report: the records are right (cut, in another order);
 - another finding: not reported, and a finding that the campaign without the error does not have;
 - silent: the rest, "none of these" and the true cause alone among them.
 """
@@ -21,7 +22,7 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.examination import ExaminedCampaign, examined
-from studies.fault_outcomes import REFUSED, Curves, Outcome
+from studies.fault_outcomes import HARMLESS, REFUSED, Curves, Outcome
 from studies.fault_table import Fault
 
 SMALL = "below two floors"
@@ -29,7 +30,7 @@ REPORTED = "reported"
 PHYSICS = "physics"
 ANOTHER = "another finding"
 SILENT = "silent"
-ANSWERS = (SMALL, REPORTED, PHYSICS, ANOTHER, SILENT)
+ANSWERS = (SMALL, REPORTED, PHYSICS, HARMLESS, ANOTHER, SILENT)
 #: What an error must leave, over the noise floor.
 _FLOORS = 2.0
 #: Beginnings of laws and classes that are of the measurement.
@@ -138,10 +139,15 @@ def answer_of(
     true = {*label.effects, *label.classes}
     for sets in (label.acceptable, label.class_aliases):
         true |= {name for names in sets for name in names}
+    if diagnosis.classes is not None:
+        holders = diagnosis.classes.classes_of_law
+        true |= {name for law in set(true) for name in holders.get(law, ())}
     physics = {name for name in named - true if not name.startswith(_OF_MEASUREMENT)}
     is_tied = diagnosis.verdict == ALIASED and any(name.startswith(_WIRING) for name in ties)
     if physics and not is_tied:
         return PHYSICS
+    if not fault.ids:
+        return HARMLESS
     return ANOTHER if new else SILENT
 
 

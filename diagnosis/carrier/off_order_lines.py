@@ -16,6 +16,7 @@ from carrierflex.diagnosis.carrier.records.off_orders import (
 )
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.order_analysis import aliased_order
 
 #: Lines of the spectrum for each line that the longest record resolves.
 _FINER = 4
@@ -188,8 +189,10 @@ def off_orders(campaign: Campaign) -> OffOrders:
     speeds = {run.name: run.speed for run in runs}
     if not runs:
         return OffOrders(campaign, speeds, (), (), ())
-    remaining = runs
-    chosen: list[_Line] = []
+    # What is read too seldom is no motion of this frequency, and stays in the records.
+    fast = _unresolved_order(runs)
+    chosen: list[_Line] = [(float(fast), True, 0.0)] if fast else []
+    remaining = tuple(_without(run, chosen) for run in runs) if fast else runs
     while len(chosen) < _MOST_CHOSEN:
         line = _next_line(remaining)
         if line is None:
@@ -199,7 +202,8 @@ def off_orders(campaign: Campaign) -> OffOrders:
     if not chosen:
         return OffOrders(campaign, speeds, (), (), ())
     lines, _ = _fitted_lines(runs, chosen)
-    repeating, shares = _repeating(runs, chosen, _bands(lines, speeds))
+    slow = [band for band in _bands(lines, speeds) if not (fast and 0 in band)]
+    repeating, shares = _repeating(runs, chosen, slow)
     if not repeating:
         return OffOrders(campaign, speeds, (), (), ())
     # Lines that stay are fitted anew without the others, and numbered anew.
@@ -212,6 +216,17 @@ def off_orders(campaign: Campaign) -> OffOrders:
         for band, share in zip(members, shares, strict=True)
     )
     return OffOrders(_cleaned(campaign, speeds, lines), speeds, lines, motions, members)
+
+
+def _unresolved_order(runs: Sequence[RunOffOrders]) -> int:
+    """Order above half the samples of a turn that takes more than any line; 0 where none does."""
+    order, _ = aliased_order((run.values.T, 2.0 * np.pi * run.turns) for run in runs)
+    line = _next_line(runs) if order else None
+    if line is None:
+        return order
+    of_order = sum(_wave_power(run, order, is_order=True) for run in runs)
+    of_line = sum(_wave_power(run, *line[:2]) for run in runs)
+    return order if of_order > _STAYS * of_line else 0
 
 
 def _repeating(

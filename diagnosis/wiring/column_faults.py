@@ -45,6 +45,8 @@ SIMPLER = 1.2
 #: Times [s] of a filter, or a delay, of all channels over the step, as powers of two; samples of a
 #: filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
+#: Times of a filter between torque and zeros over the step, as powers of two.
+_SLOW_FILTERS = np.arange(4.0, 17.0)
 #: Delay and time of a filter of a load, over the times above.
 _LATE_AND_FILTERED = np.array([(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
 #: Refits at most that seek the size of a filter, and octaves to which they seek it: two digits.
@@ -148,6 +150,46 @@ def drifting_zeros(
         about = ", ".join(names)
         text = f"the zero of {about} drifting over every run taken out"
         yield WiringRival(DRIFT, about, text, square, key_of("[[channels]]", names[0]))
+
+
+def zeros_behind_the_torque(
+    records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
+) -> Iterator[WiringRival]:
+    """Zeros of a machine's channels that follow its torque slowly, as where it warms.
+
+    ``r_k = z_k s``, with the torque s behind a first-order low-pass. None where a torque on time
+    does nearly as much, which is a map of the loads, or the baseline's columns that much later,
+    which are those of bushings that creep.
+    """
+    torque = LOADS[0]
+    if campaign.kind == "element" or not all(torque in run.inputs for run in campaign.runs):
+        return
+    runs = {run.name: run for run in campaign.runs}
+    linear = list(records)
+
+    def remaining(columns: Callable[[float, LinearRecord], FloatArray], time: float) -> float:
+        """Mean square beside the fitted baseline with columns at a time of the filter."""
+        sums = baseline_sums(_with_columns(record, columns(time, record)) for record in linear)
+        return np.inf if sums is None else sums.mean_square
+
+    def zeros(time: float, record: LinearRecord) -> FloatArray:
+        run = runs[record.run]
+        slow = np.interp(record.time, run.time, low_pass(time, run.time, run.inputs[torque]))
+        return np.multiply.outer(np.eye(record.residual.shape[1]), slow).transpose(0, 2, 1)
+
+    def creeping(time: float, record: LinearRecord) -> FloatArray:
+        return np.array([low_pass(time, record.time, column) for column in record.columns])
+
+    times = mean_step(campaign.runs[0].time) * 2.0**_SLOW_FILTERS
+    time = min(times, key=partial(remaining, zeros))
+    square = remaining(zeros, time)
+    if not square <= gap.enough or remaining(zeros, 0.0) <= gap.enough:
+        return
+    if remaining(creeping, time) > gap.enough:
+        names = ", ".join(channel.name for channel in campaign.channels)
+        text = f"the zero of {names} following the torque in about {time:.2g} s taken out"
+        line = key_of("[[channels]]", campaign.channels[0].name)
+        yield WiringRival(DRIFT, names, text, square, line)
 
 
 def drifting_gain(

@@ -3,6 +3,7 @@
 And which orders and sensor patterns are kept.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +17,10 @@ PATTERNS = (0, 1, -1, 2)
 #: Four sensors count as 90 deg apart within this error [rad] (half a degree); more would smear the
 #: patterns.
 _ANGLE_TOLERANCE = np.deg2rad(0.5)
+#: Highest order that is looked for above half the samples of a turn, and samples in which it is.
+_HIGHEST_ALIASED, _MOST_SAMPLES = 300, 100_000
+#: Its power over that of any order below, and over that of the best order of every run.
+_CLEARLY, _IN_EVERY_RUN = 2.0, 0.9
 
 
 def highest_order(n_planets: int) -> int:
@@ -100,3 +105,56 @@ def are_quarter_turns(sensor_angles: FloatArray) -> bool:
     angle_sorted = np.sort(np.mod(sensor_angles, 2.0 * np.pi))
     gaps = np.diff(angle_sorted, append=angle_sorted[:1] + 2.0 * np.pi)
     return bool(angle_sorted.size == 4 and np.abs(gaps - np.pi / 2.0).max() <= _ANGLE_TOLERANCE)
+
+
+def aliased_order(records: Iterable[tuple[FloatArray, FloatArray]]) -> tuple[int, float]:
+    """Order of a shaft above half the samples of a turn.
+
+    Read too seldom it looks like a slower motion, but keeps ``exp(i n theta)`` at the samples: at
+    another speed, with other samples of a turn, it is another slow order.
+
+    Parameters
+    ----------
+    records : iterable of (ndarray, ndarray)
+        Signals of one run, shape (n, k), and the shaft's angle [rad], shape (n,).
+
+    Returns
+    -------
+    order : int
+        The order whose power is clearly that of no order below; 0 where there is none, or where
+        all runs show it as the same slow order.
+    samples : float
+        Largest number of samples of a turn.
+    """
+    power = np.zeros(_HIGHEST_ALIASED + 1)
+    best = 0.0
+    turns: list[float] = []
+    counts: list[int] = []
+    for signals, angle in records:
+        if np.ptp(angle) > 0.0 and sum(counts) < _MOST_SAMPLES:
+            of_run = _power_of_orders(signals, angle)
+            power += of_run
+            best += float(of_run.max())
+            turns.append(float(np.ptp(angle)) / (2.0 * np.pi))
+            counts.append(angle.size)
+    samples = np.array(counts) / np.array(turns)
+    resolved = int(0.5 * samples.max(initial=0.0)) + 1
+    if not 1 < resolved <= _HIGHEST_ALIASED:
+        return 0, 0.0
+    order = resolved + int(np.argmax(power[resolved:]))
+    slow = np.abs(order - samples * np.round(order / samples))
+    least = max(_CLEARLY * float(power[:resolved].max()), _IN_EVERY_RUN * best)
+    is_order = power[order] > least and np.ptp(slow) * max(turns) > 1.0
+    return order if is_order else 0, float(samples.max())
+
+
+def _power_of_orders(signals: FloatArray, angle: FloatArray) -> FloatArray:
+    """Power of signals without their means at the orders 0 to the highest."""
+    centred = signals - signals.mean(axis=0)
+    power = np.zeros(_HIGHEST_ALIASED + 1)
+    step = np.exp(-1j * angle)
+    wave = np.ones(angle.size, dtype=np.complex128)
+    for order in range(1, power.size):
+        wave *= step
+        power[order] = float(np.sum(np.abs(wave @ centred) ** 2)) / angle.size
+    return power

@@ -116,6 +116,7 @@ def test_every_error_of_practice_changes_a_copy_of_the_campaign(kind):
         ("aliased", ("carrier/waves/torque",), ("wiring/load_zero",), (), REPORTED),
         ("class_named", ("channel/gain/none",), (), (), SILENT),
         ("none_of_these", ("carrier/waves/torque",), (), (), SILENT),
+        ("class_named", ("housing/tilt/radial_load",), (), (), SILENT),
     ],
 )
 def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
@@ -130,9 +131,26 @@ def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
         reason_id="",
         attribution=SimpleNamespace(effects=(), aliases=(ties,) if ties else ()),
         class_ids=classes,
+        classes=SimpleNamespace(classes_of_law={"ntl_tilt": ("housing/tilt/radial_load",)}),
     )
     new = [SimpleNamespace(id=name, check="wiring") for name in reported]
     assert answer_of(fault, label, diagnosis, new) == expected
+
+
+@pytest.mark.parametrize(
+    ("classes", "expected"), [((), HARMLESS), (("carrier/waves/torque",), PHYSICS)]
+)
+def test_right_records_need_no_finding_but_no_false_law_either(classes, expected):
+    label = SimpleNamespace(effects=(), classes=(), acceptable=(), class_aliases=())
+    diagnosis = SimpleNamespace(
+        verdict="class_named",
+        reason_id="",
+        attribution=SimpleNamespace(effects=(), aliases=()),
+        class_ids=classes,
+        classes=None,
+    )
+    cut = Fault("cut", "-", lambda campaign, rng: campaign)
+    assert answer_of(cut, label, diagnosis, []) == expected
 
 
 def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone():

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from carrierflex.identification.campaign.order_analysis import (
     PATTERNS,
     OrderFit,
+    aliased_order,
     highest_order,
     too_sparse,
 )
@@ -161,3 +162,27 @@ def test_a_revolution_with_a_gap_of_half_a_period_of_the_highest_order_is_too_sp
     present[10:40] = False
     assert too_sparse(theta[present], MAX_ORDER)
     assert too_sparse(theta[:20], MAX_ORDER)
+
+
+def at_steady_speeds(speeds_hz, order, step=0.05, n=960):
+    """Records of one wave at steady speeds, read at even times, with a little noise."""
+    rng = np.random.default_rng(4)
+    time = step * np.arange(n)
+    for speed in speeds_hz:
+        angle = 2.0 * np.pi * speed * time
+        yield np.cos(order * angle)[:, None] + 0.3 * rng.standard_normal((n, 2)), angle
+
+
+@pytest.mark.parametrize("order", [99, 63])
+def test_an_order_that_is_read_too_seldom_is_found_at_two_speeds(order):
+    assert aliased_order(at_steady_speeds([0.366, 0.24], order)) == (
+        order,
+        pytest.approx(83.4, abs=0.1),
+    )
+
+
+@pytest.mark.parametrize(
+    ("speeds_hz", "order"), [([0.366, 0.24], 4.3), ([0.366, 0.24], 12), ([0.366, 0.366], 99)]
+)
+def test_what_may_be_a_slow_motion_is_no_order_read_too_seldom(speeds_hz, order):
+    assert aliased_order(at_steady_speeds(speeds_hz, order))[0] == 0
