@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
-from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.refits import CLOCK, WiringRival
+from carrierflex.diagnosis.wiring.refits import CLOCK, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -32,8 +31,10 @@ _MOST_VALUES = 10_000_000
 def columns_put_back(
     campaign: Campaign,
     answer: ClassAnswer | None,
-    reduction: GapReduction,
+    gap: GapSquare,
     problem_of: Callable[[Campaign], ComparisonProblem],
+    *,
+    remaining_as_read: float = np.inf,
 ) -> tuple[WiringRival, float] | None:
     """Classes beside columns that are put back in time, with the share that both explain.
 
@@ -43,10 +44,12 @@ def columns_put_back(
         Records with the prediction of another simulator.
     answer : ClassAnswer, optional
         Classes that the gap shows beside the columns as they are.
-    reduction : GapReduction
-        How far what is named shrinks that gap.
+    gap : GapSquare
+        Mean squares of that gap and of the noise.
     problem_of : callable
         ``(campaign) -> problem`` of the same records with other columns.
+    remaining_as_read : float
+        Mean square that what is named leaves in the simulator; infinite where nothing was fitted.
 
     Returns
     -------
@@ -54,14 +57,14 @@ def columns_put_back(
         None where there is no gap, where the columns are less than half a step off or too many to
         be moved, or where, put back, neither less remains nor as little with fewer classes.
     """
-    before, floor = reduction.rms_before**2, reduction.noise_floor**2
+    before, floor = gap.before, gap.floor
     n_values = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
     is_of_columns = campaign.baseline.source == "columns" and n_values <= _MOST_VALUES
     late = _late_steps(campaign) if is_of_columns and floor < before < np.inf else 0
     if late == 0:
         return None
     equal = ClassConstants().most_equal_left
-    as_read = min(_remaining(answer, before, floor), max(reduction.rms_after**2, floor))
+    as_read = min(_remaining(answer, before, floor), max(remaining_as_read, floor))
     # A cause beside it may turn the sign of the slope.
     tried = [(*_compared_anew(campaign, n, floor, problem_of), n) for n in sorted({1, -1, late})]
     remaining, classes, steps = min(tried)

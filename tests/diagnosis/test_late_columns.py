@@ -25,8 +25,10 @@ def shifted(campaign, steps):
 )
 def test_columns_that_are_a_step_late_are_a_clock_and_no_damping(law, steps):
     beside = with_predictions(force_campaign(law), force_campaign(no_law, noise=1e-12))
-    diagnosis = examined(shifted(beside, steps)).diagnosis()
+    examination = examined(shifted(beside, steps))
+    diagnosis = examination.diagnosis()
     assert diagnosis.reason_id == "wiring/clock"
+    assert "wiring/clock" in [finding.id for finding in examination.findings()]
     way = "earlier" if steps > 0 else "later"
     assert f"the columns of the prediction 1 step of time (5 ms) {way}" in diagnosis.reason
     named = "the baseline with measured restoring_force" if law is cubic else "the baseline alone"
@@ -36,6 +38,8 @@ def test_columns_that_are_a_step_late_are_a_clock_and_no_damping(law, steps):
 @pytest.mark.long
 def test_columns_that_are_right_are_not_moved_whatever_is_missing():
     beside = with_predictions(force_campaign(cubic), force_campaign(no_law, noise=1e-12))
-    diagnosis = examined(beside).diagnosis()
+    examination = examined(beside)
+    diagnosis = examination.diagnosis()
+    assert examination.findings() == ()
     assert diagnosis.reason_id == ""
     assert diagnosis.attribution.effects == ("cubic_stiffness",)

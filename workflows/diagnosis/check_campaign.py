@@ -73,11 +73,8 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
         with stages.stage("records"):
             examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
-            baseline = examination.baseline().warnings
-            warnings = (
-                *examination.warnings,
-                *(one for one in baseline if not _may_be_a_law(one, measured)),
-            )
+            findings = examination.findings()
+            warnings = tuple(one for one in findings if not _may_be_a_law(one, measured))
     return CampaignCheck(measured.name, measured.kind, warnings, examination.probes)
 
 

@@ -8,13 +8,14 @@ from typing import Annotated
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.inference.effect_fit import EffectFit
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
 from carrierflex.diagnosis.late_columns import columns_put_back
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.refits import GapSquare
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
@@ -45,6 +46,18 @@ class ExaminedCampaign:
         """
         wiring = wiring_of(self.problem, self.distinct)
         return checked_baseline(self.problem, self.distinct, wiring, fit, laws, shapes)
+
+    def findings(self) -> tuple[CampaignWarning, ...]:
+        """What does not look right in the records, alone and beside the baseline."""
+        fit = fit_effects(self.problem, ())
+        baseline = self.baseline(fit)
+        if self.distinct.baseline.source == "columns":
+            floor = float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
+            gap = GapSquare(mean_square_left(self.problem, fit), floor)
+            answer = self.problem.class_answer()
+            late = columns_put_back(self.distinct, answer, gap, self.problem_of)
+            baseline = baseline.with_rivals([late] if late else [])
+        return (*self.warnings, *baseline.warnings)
 
     def diagnosis(
         self,
@@ -89,7 +102,13 @@ class ExaminedCampaign:
         baseline = self.baseline(compared.baseline, laws, shapes)
         far = compared.reduction
         if far is not None and compared.verdict != AT_NOISE_FLOOR:
-            rival = columns_put_back(self.distinct, compared.classes, far, self.problem_of)
+            rival = columns_put_back(
+                self.distinct,
+                compared.classes,
+                GapSquare(far.rms_before**2, far.noise_floor**2),
+                self.problem_of,
+                remaining_as_read=far.rms_after**2,
+            )
             baseline = baseline.with_rivals([rival] if rival else [])
         return with_findings(compared, (*self.warnings, *findings), baseline)
 
