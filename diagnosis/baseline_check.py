@@ -47,7 +47,6 @@ from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, s
 from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     AC_COUPLED,
-    ALIASED_ORDER,
     CHANNEL,
     CHANNEL_GAIN,
     CHANNEL_ZERO,
@@ -80,7 +79,6 @@ from carrierflex.diagnosis.wiring.spoilt_readings import (
     jittered_samples,
     noisier_readings,
     noisy_load,
-    unresolved_order,
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -245,8 +243,8 @@ def _rivals_with_laws(
     gap = GapSquare(before, floor, _BESIDE_SHAPES if shapes else NEARLY_ALL)
     checks = wiring.with_laws(fit.effects, fit.known, shapes)
     for rival in _lone_and_load_rivals(checks, campaign, fit.theta, gap):
-        # The size of a load's noise is read above its band, and no law makes an order above it.
-        if rival.id in (LOAD_NOISE, ALIASED_ORDER) or rival.mean_square <= gap.enough:
+        # The size of a load's noise is read above its band and not fitted.
+        if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
@@ -262,7 +260,6 @@ def _lone_and_load_rivals(
     ):  # fmt: skip
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
     yield from zeros_behind_the_torque(linear(), campaign, gap)
-    yield from unresolved_order(linear, campaign, gap)
     spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
     # Either is white noise too.
     yield from spoilt or noisier_readings(linear(), campaign, gap)

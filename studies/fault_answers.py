@@ -35,7 +35,7 @@ ANSWERS = (SMALL, REPORTED, PHYSICS, HARMLESS, ANOTHER, SILENT)
 _FLOORS = 2.0
 #: Beginnings of laws and classes that are of the measurement.
 _OF_MEASUREMENT = (
-    "sensor", "sensors/", "clock/", "delay", "channel/", "loads/", "input_", "wiring/",
+    "aliased/", "sensor", "sensors/", "clock/", "delay", "channel/", "loads/", "input_", "wiring/",
 )  # fmt: skip
 _WIRING = "wiring/"
 

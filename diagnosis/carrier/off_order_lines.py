@@ -14,7 +14,7 @@ from carrierflex.diagnosis.carrier.records.off_orders import (
     RunOffOrders,
     campaign_off_orders,
 )
-from carrierflex.diagnosis.gap.findings import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import ALIASED, OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import aliased_order
 
@@ -157,6 +157,11 @@ class OffOrderLine:
     amplitudes: np.ndarray  # Amplitude by run and channel, shape (n_runs, C)
     errors: FloatArray  # Standard deviation of either component by noise, shape (n_runs, C)
 
+    @property
+    def is_aliased(self) -> bool:
+        """Whether it is an order above half the samples of a turn, the only whole number."""
+        return self.is_order and float(self.position).is_integer()
+
 
 @dataclass(frozen=True, eq=False)
 class OffOrders:
@@ -189,7 +194,6 @@ def off_orders(campaign: Campaign) -> OffOrders:
     speeds = {run.name: run.speed for run in runs}
     if not runs:
         return OffOrders(campaign, speeds, (), (), ())
-    # What is read too seldom is no motion of this frequency, and stays in the records.
     fast = _unresolved_order(runs)
     chosen: list[_Line] = [(float(fast), True, 0.0)] if fast else []
     remaining = tuple(_without(run, chosen) for run in runs) if fast else runs
@@ -202,8 +206,7 @@ def off_orders(campaign: Campaign) -> OffOrders:
     if not chosen:
         return OffOrders(campaign, speeds, (), (), ())
     lines, _ = _fitted_lines(runs, chosen)
-    slow = [band for band in _bands(lines, speeds) if not (fast and 0 in band)]
-    repeating, shares = _repeating(runs, chosen, slow)
+    repeating, shares = _repeating(runs, chosen, _bands(lines, speeds))
     if not repeating:
         return OffOrders(campaign, speeds, (), (), ())
     # Lines that stay are fitted anew without the others, and numbered anew.
@@ -220,13 +223,14 @@ def off_orders(campaign: Campaign) -> OffOrders:
 
 def _unresolved_order(runs: Sequence[RunOffOrders]) -> int:
     """Order above half the samples of a turn that takes more than any line; 0 where none does."""
-    order, _ = aliased_order((run.values.T, 2.0 * np.pi * run.turns) for run in runs)
-    line = _next_line(runs) if order else None
-    if line is None:
-        return order
+    order = aliased_order((run.values.T, 2.0 * np.pi * run.turns) for run in runs)
+    if not order:
+        return 0
+    line = _next_line(runs)
+    of_line = sum(_wave_power(run, *line[:2]) for run in runs) if line else 0.0
     of_order = sum(_wave_power(run, order, is_order=True) for run in runs)
-    of_line = sum(_wave_power(run, *line[:2]) for run in runs)
-    return order if of_order > _STAYS * of_line else 0
+    total = sum(float((run.values**2).sum()) for run in runs)
+    return order if of_order > max(_STAYS * of_line, _MATERIAL * total) else 0
 
 
 def _repeating(
@@ -411,6 +415,9 @@ def _motion(
     first = lines[0]
     alone = _channel_alone(*lines)
     label = f"{first.position:.2f}X" if first.is_order else f"{first.position:.3g}Hz"
+    frame = "nonsynchronous" if alone is None else "channel"
+    if first.is_aliased:
+        frame, label = ALIASED, f"{first.position:.0f}X"
     squares = sum(0.5 * np.abs(line.amplitudes) ** 2 for line in lines)
     is_shown = np.abs(first.amplitudes).max(axis=1) > 4.0 * first.errors.max(axis=1)
     bands = [
@@ -419,7 +426,7 @@ def _motion(
         for speed in speeds.values()
     ]
     return OffOrderMotion(
-        id=f"{'nonsynchronous' if alone is None else 'channel'}/{label}",
+        id=f"{frame}/{label}",
         label=label,
         channels=tuple(names) if alone is None else (names[alone],),
         runs=tuple(run for run, ok in zip(speeds, is_shown, strict=True) if ok),

@@ -128,24 +128,40 @@ class CarrierProblem(ComparisonProblem):
     def baseline_findings(
         self, values: Mapping[tuple[str, str], float]
     ) -> Sequence[CampaignWarning]:
-        """A carrier more flexible than drawn with whatever fit of its pins."""
+        """Orders read too seldom, and a carrier more flexible than drawn with whatever pin fit."""
+        findings = [
+            CampaignWarning(
+                "aliased_order",
+                ", ".join(motion.channels),
+                f"order {motion.label.removesuffix('X')} of the shaft, up to "
+                f"{motion.band_hz[1]:.3g} Hz, is above half the sampling rate and read as a "
+                "slower motion",
+                "filter before sampling, or sample faster: as tooth mesh it is of the gearbox and "
+                "not of the carrier",
+                motion.band_hz[1],
+                key_of("[[channels]]", motion.channels[0]),
+                "wiring/aliased_order",
+            )
+            for motion in self.motion.motions
+            if motion.is_aliased
+        ]
         rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
         rho_f = values.get(("flexible_pins", "rho_f"), 0.0)
         size = flexibility(rho_s, rho_f)
-        if self._is_as_drawn or size <= 1.0 + _MESH_ERROR:
-            return ()
-        return (
-            CampaignWarning(
-                "drawing",
-                "carrier",
-                f"the carrier is {size - 1.0:.0%} more flexible than drawn: rho_f {rho_f:.3f} and "
-                f"rho_s {rho_s:.3f} are beyond what its drawing allows for any pin fit",
-                "check dimensions, modulus and deflection curves of the carrier, and the "
-                "calibration of the torque; with [rig.tolerances] a dimension may be the cause",
-                size,
-                key_of("[rig]", "deflection_curves"),
-            ),
-        )
+        if not self._is_as_drawn and size > 1.0 + _MESH_ERROR:
+            findings.append(
+                CampaignWarning(
+                    "drawing",
+                    "carrier",
+                    f"the carrier is {size - 1.0:.0%} more flexible than drawn: rho_f {rho_f:.3f} "
+                    f"and rho_s {rho_s:.3f} are beyond what its drawing allows for any pin fit",
+                    "check dimensions, modulus and deflection curves of the carrier, and the "
+                    "calibration of the torque; with [rig.tolerances] a dimension may be the cause",
+                    size,
+                    key_of("[rig]", "deflection_curves"),
+                )
+            )
+        return findings
 
     def combinations(
         self, effects: Effects, theta: FloatArray, covariance: FloatArray

@@ -15,6 +15,7 @@ _PROPER_NAMES = {
 #: frame, an error of the measurement.
 _FRAMES = {
     "nonsynchronous": "motion at {}, between the shaft's orders",
+    "aliased": "motion at {}, above half the sampling rate",
     "channel": "motion at {} in one sensor alone",
     "geometry": "{} of the carrier",
     "wiring": "a wrong {}",

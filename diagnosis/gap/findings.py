@@ -307,13 +307,18 @@ class GapDetail:
     scalars: Annotated[tuple[ScalarGap, ...], "Area metric"]
 
 
+#: Frame of an order above half the samples of a turn.
+ALIASED = "aliased"
+
+
 @dataclass(frozen=True, eq=False)
 class OffOrderMotion:
-    """A line or a band between the shaft's orders."""
+    """A line or a band between the shaft's orders, or an order that is read too seldom."""
 
     id: Annotated[
         str,
-        "Class: ``nonsynchronous/0.47X``, or ``channel/0.47X`` where one channel alone shows it",
+        "Class: ``nonsynchronous/0.47X``, ``channel/0.47X`` where one channel alone shows it, "
+        "``aliased/99X`` above half the samples of a turn",
     ]
     label: Annotated[
         str,
@@ -326,6 +331,11 @@ class OffOrderMotion:
     mean_square: Annotated[Mapping[str, float], "Mean square over the channels by run"]
     explained: Annotated[float, "Share of its power that amplitudes fitted to other turns predict"]
     p_value: Annotated[float, "Probability that noise makes it anywhere in the records"]
+
+    @property
+    def is_aliased(self) -> bool:
+        """Whether it is an order above half the samples of a turn."""
+        return self.id.startswith(ALIASED)
 
 
 #: Cells of hundreds of runs are some hundred thousand, and the first 200 are written.

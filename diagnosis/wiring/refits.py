@@ -42,8 +42,6 @@ HELD_INPUT = "wiring/held_input"
 RIG_LENGTH = "wiring/rig_length"
 #: Zeros of channels that drift over every run.
 DRIFT = "wiring/drift"
-#: Motion faster than half the sampling rate.
-ALIASED_ORDER = "wiring/aliased_order"
 #: Readings spoilt sample by sample.
 RECTIFIED = "wiring/rectified"
 WRAPPED = "wiring/wrapped"
@@ -75,7 +73,6 @@ RUN = "wiring/run"
 RUN_OF_LOAD = "wiring/run_of_load"
 #: Words of the faults whose id does not read as one.
 _FAULT_WORDS = {
-    ALIASED_ORDER: "filter before sampling",
     CHANNEL: "one channel",
     CURVED_CHANNEL: "a channel that is not linear",
     FILTERED_CHANNEL: "delay and filter of a channel",

@@ -1,41 +1,33 @@
-"""Readings spoilt sample by sample: off their time, too few, too noisy, or of a noisy load.
+"""Readings spoilt sample by sample: off their time, noisier than declared, or of a noisy load.
 
 - Samples that are read off their time by tau leave ``r = tau dy/dt``, white, whose square grows
   with the square of the slope: ``E r² = sigma² + sigma_tau² (dy/dt)²``.
-- An order of the shaft above half the samples of a turn is read as a slower motion.
 - Noise of the load that the machine does not feel is passed on by the prediction: its spectrum S,
   seen above the drive's band, leaves ``|H|² S`` of the signal, with H from prediction and load.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple, dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from carrierflex.diagnosis.wiring.column_faults import SCREENED
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
     LoadAnswer,
-    baseline_sums,
     load_answers,
 )
-from carrierflex.diagnosis.wiring.load_faults import ANGLE
 from carrierflex.diagnosis.wiring.refits import (
-    ALIASED_ORDER,
     DECLARED_NOISE,
     JITTER,
     LOAD_NOISE,
-    LOADS,
     GapSquare,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.order_analysis import aliased_order
-from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
@@ -112,50 +104,6 @@ def jittered_samples(
         text = f"samples of {names} read up to {off:.2g} steps off their time"
         square = max(gap.before - explained, gap.floor)
         yield WiringRival(JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
-
-
-def unresolved_order(
-    linear: Callable[[], Iterable[LinearRecord]], campaign: Campaign, gap: GapSquare
-) -> Iterator[WiringRival]:
-    """Order of the shaft above half the samples of a turn, steady or growing with the torque.
-
-    `linear` gives the runs beside their prediction, the others are those of
-    :func:`jittered_samples`. None without an angle.
-    """
-    if not all(ANGLE in run.inputs for run in campaign.runs):
-        return
-    runs = {run.name: run for run in campaign.runs}
-    order, of_turn = aliased_order(
-        (np.nan_to_num(record.residual), _at_samples(record, runs[record.run], ANGLE))
-        for record in linear()
-    )
-    if not order:
-        return
-    sums = baseline_sums(_with_order(record, runs[record.run], order) for record in linear())
-    # Half of the gap is enough of an order that no slower one follows: it led the fit astray.
-    if sums is not None and sums.mean_square <= gap.remaining(SCREENED):
-        names = ", ".join(one.name for one in campaign.channels)
-        samples = f"{of_turn:.0f} samples a turn do not resolve"
-        text = f"order {order} of the shaft, which {samples}, taken out of {names},"
-        line = sample_of(campaign.runs[0].file, 0)
-        yield WiringRival(ALIASED_ORDER, names, text, sums.mean_square, line)
-
-
-def _at_samples(record: LinearRecord, run: Run, name: str) -> FloatArray:
-    """An input at the samples of a record; zeros where the run has none of that name."""
-    values = run.inputs.get(name, np.zeros(run.time.size))
-    return np.asarray(np.interp(record.time, run.time, values))
-
-
-def _with_order(record: LinearRecord, run: Run, order: int) -> LinearRecord:
-    """Record whose first columns of all runs are an order in every channel, also times torque."""
-    phase = order * _at_samples(record, run, ANGLE)
-    torque = _at_samples(record, run, LOADS[0])
-    steady = np.array([np.cos(phase), np.sin(phase)])
-    waves = np.concatenate([steady, torque * steady])
-    channels = np.eye(record.residual.shape[1])
-    columns = np.einsum("kn,ic->kinc", waves, channels).reshape(-1, *record.residual.shape)
-    return replace(record, columns=np.insert(record.columns, [record.n_of_run], columns, axis=0))
 
 
 @dataclass(frozen=True)

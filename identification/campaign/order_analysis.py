@@ -19,8 +19,8 @@ PATTERNS = (0, 1, -1, 2)
 _ANGLE_TOLERANCE = np.deg2rad(0.5)
 #: Highest order that is looked for above half the samples of a turn, and samples in which it is.
 _HIGHEST_ALIASED, _MOST_SAMPLES = 300, 100_000
-#: Its power over that of any order below, and over that of the best order of every run.
-_CLEARLY, _IN_EVERY_RUN = 2.0, 0.9
+#: Its power over that of any order below, of the best order of every run, and of white noise.
+_CLEARLY, _IN_EVERY_RUN, _SURE = 2.0, 0.9, 30.0
 
 
 def highest_order(n_planets: int) -> int:
@@ -107,27 +107,20 @@ def are_quarter_turns(sensor_angles: FloatArray) -> bool:
     return bool(angle_sorted.size == 4 and np.abs(gaps - np.pi / 2.0).max() <= _ANGLE_TOLERANCE)
 
 
-def aliased_order(records: Iterable[tuple[FloatArray, FloatArray]]) -> tuple[int, float]:
-    """Order of a shaft above half the samples of a turn.
+def aliased_order(records: Iterable[tuple[FloatArray, FloatArray]]) -> int:
+    """Order of a shaft above half the samples of a turn; 0 where there is none.
 
     Read too seldom it looks like a slower motion, but keeps ``exp(i n theta)`` at the samples: at
-    another speed, with other samples of a turn, it is another slow order.
+    another speed, with other samples of a turn, it is another slow order. One that all runs show as
+    the same slow order is none.
 
     Parameters
     ----------
     records : iterable of (ndarray, ndarray)
         Signals of one run, shape (n, k), and the shaft's angle [rad], shape (n,).
-
-    Returns
-    -------
-    order : int
-        The order whose power is clearly that of no order below; 0 where there is none, or where
-        all runs show it as the same slow order.
-    samples : float
-        Largest number of samples of a turn.
     """
     power = np.zeros(_HIGHEST_ALIASED + 1)
-    best = 0.0
+    best = noise = 0.0
     turns: list[float] = []
     counts: list[int] = []
     for signals, angle in records:
@@ -135,17 +128,17 @@ def aliased_order(records: Iterable[tuple[FloatArray, FloatArray]]) -> tuple[int
             of_run = _power_of_orders(signals, angle)
             power += of_run
             best += float(of_run.max())
+            noise += float(signals.var(axis=0).sum())
             turns.append(float(np.ptp(angle)) / (2.0 * np.pi))
             counts.append(angle.size)
     samples = np.array(counts) / np.array(turns)
     resolved = int(0.5 * samples.max(initial=0.0)) + 1
     if not 1 < resolved <= _HIGHEST_ALIASED:
-        return 0, 0.0
+        return 0
     order = resolved + int(np.argmax(power[resolved:]))
     slow = np.abs(order - samples * np.round(order / samples))
-    least = max(_CLEARLY * float(power[:resolved].max()), _IN_EVERY_RUN * best)
-    is_order = power[order] > least and np.ptp(slow) * max(turns) > 1.0
-    return order if is_order else 0, float(samples.max())
+    least = max(_CLEARLY * float(power[:resolved].max()), _IN_EVERY_RUN * best, _SURE * noise)
+    return order if power[order] > least and np.ptp(slow) * max(turns) > 1.0 else 0
 
 
 def _power_of_orders(signals: FloatArray, angle: FloatArray) -> FloatArray:

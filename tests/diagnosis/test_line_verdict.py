@@ -196,3 +196,11 @@ def test_maps_runs_and_blocks_are_those_of_the_effects_and_the_whole_gap():
 
 def test_without_a_floor_nothing_is_a_multiple_of_it():
     assert decided(reduction=replace(REDUCTION, noise_floor=0.0)).reduction.floor_multiple == np.inf
+
+
+def test_an_order_read_too_seldom_is_not_called_one_between_the_orders():
+    fast = replace(SLOW, id="aliased/99X", label="99X")
+    assert decided(motions=(fast,)).reason.startswith(
+        "motion above half the samples of a turn, 99X"
+    )
+    assert decided(motions=(SLOW,)).reason.startswith("motion between the shaft's orders, 0.47X")

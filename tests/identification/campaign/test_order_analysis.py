@@ -175,14 +175,11 @@ def at_steady_speeds(speeds_hz, order, step=0.05, n=960):
 
 @pytest.mark.parametrize("order", [99, 63])
 def test_an_order_that_is_read_too_seldom_is_found_at_two_speeds(order):
-    assert aliased_order(at_steady_speeds([0.366, 0.24], order)) == (
-        order,
-        pytest.approx(83.4, abs=0.1),
-    )
+    assert aliased_order(at_steady_speeds([0.366, 0.24], order)) == order
 
 
 @pytest.mark.parametrize(
     ("speeds_hz", "order"), [([0.366, 0.24], 4.3), ([0.366, 0.24], 12), ([0.366, 0.366], 99)]
 )
 def test_what_may_be_a_slow_motion_is_no_order_read_too_seldom(speeds_hz, order):
-    assert aliased_order(at_steady_speeds(speeds_hz, order))[0] == 0
+    assert aliased_order(at_steady_speeds(speeds_hz, order)) == 0
