@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from carrierflex.diagnosis.wiring.column_faults import SCREENED
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
@@ -49,9 +50,8 @@ _IS_NOISE = 0.25
 #: Share of what is predicted on such lines that the signal does not follow, noise and no load, and
 #: that over its standard deviation.
 _UNFOLLOWED, _SURE = 0.1, 2.0
-#: Predicted over observed mean square, at least: noise seen through a resonance is that of few
-#: lines, which are smoothed over their neighbours.
-_AS_PREDICTED, _SMOOTHED_LINES = 0.6, 9
+#: Lines that are smoothed: noise seen through a resonance is that of few.
+_SMOOTHED_LINES = 9
 
 
 def jittered_samples(
@@ -153,7 +153,7 @@ def noisy_load(
             of_load[answer.load] = of_run if before is None else before + of_run
     for name, passed_on in of_load.items():
         square = passed_on.square / n_samples
-        is_as_large = square >= _AS_PREDICTED * (gap.before - gap.floor)
+        is_as_large = square >= SCREENED * (gap.before - gap.floor)
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
