@@ -32,6 +32,9 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
+#: Of classes that one drive mixes, or of more causes than two.
+_NOT_WHICH = "and these records do not show which"
+
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
@@ -320,16 +323,25 @@ def _without_class(
     """No class explains the gap in force space."""
     # Nothing is named, unless simulated laws explain what no class can learn there: while dry
     # friction sticks, the speed is zero and its force is no function of the motion.
+    share, learnable = (min(max(one, 0.0), 1.0) for one in (answer.share, answer.learnable))
+    is_open = share >= ClassConstants().leading_share
     if not laws:
+        if is_open:
+            reason = f"classes explain {share:.0%} of the gap, {_NOT_WHICH}; {reason}"
         return Verdict(verdict, reason, (), answer, reduction)
     is_near_floor = reduction.floor_multiple <= limits.near_floor
     if is_near_floor or reduction.phi >= answer.learnable:
         return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
-    text = (
-        f"the best class explains {max(answer.share, 0.0):.0%} of the gap in force space, so that "
-        f"{_listed(laws)} is no cause of it; all classes together learn "
-        f"{min(max(answer.learnable, 0.0), 1.0):.0%}"
-    )
+    if is_open:
+        text = (
+            f"classes explain {share:.0%} of the gap, {_NOT_WHICH}; the best laws, "
+            f"{_listed(laws)}, explain {reduction.phi:.0%}"
+        )
+    else:
+        text = (
+            f"the best class explains {share:.0%} of the gap in force space, so that "
+            f"{_listed(laws)} is no cause of it; all classes together learn {learnable:.0%}"
+        )
     return Verdict(NONE_OF_THESE, text, (), answer, reduction)
 
 

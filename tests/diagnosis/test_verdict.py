@@ -547,6 +547,16 @@ def test_the_reason_against_a_law_tells_what_classes_explain_and_could_learn():
     assert reason.endswith("all classes together learn 100%")
 
 
+def test_the_reason_where_records_mix_classes_says_that_classes_explain_the_gap():
+    mixed = answer(NO_CLASS, share=1.02, learnable=1.02)
+    text = "classes explain 100% of the gap, and these records do not show which; "
+    against = joint(mixed, ("cube", "slider"), phi=0.93)
+    assert against.reason == f"{text}the best laws, cube with slider, explain 93%"
+    assert against.verdict == NONE_OF_THESE
+    alone = joint(mixed, (), phi=0.0)
+    assert alone.reason.startswith(text)
+
+
 def test_classes_of_laws_that_stand_together_share_out_what_went_as_each_was_added():
     nothing = answer(NOTHING)
     steps = [("baseline", 2.0), ("cube", 1.0), ("coulomb", 0.6), ("quintic", 0.5)]
