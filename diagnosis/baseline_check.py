@@ -80,6 +80,7 @@ from carrierflex.diagnosis.wiring.spoilt_readings import (
     noisier_readings,
     noisy_load,
 )
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -604,8 +605,8 @@ def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
             yield CampaignWarning(
                 "bound",
                 parameter.name,
-                f"{parameter.name} of the {owner} is at its bound, {fit.theta[k]:.4g} "
-                f"{parameter.unit}",
+                f"{parameter.name} of the {owner} is at its bound, "
+                f"{sized(float(fit.theta[k]), parameter.unit)}",
                 "no physical value fits: check the signs of loads and sensors, units, and what the "
                 "baseline contains",
                 float(fit.theta[k]),
@@ -723,7 +724,7 @@ def _lone_samples(
             "outliers",
             channel,
             f"{count} samples make {min(square / above, 1.0):.0%} of the gap, each alone, the "
-            f"worst {distance:.3g} {unit} from the prediction in run {run}",
+            f"worst {sized(distance, unit)} from the prediction in run {run}",
             "leave these cells empty if they are dropouts or spikes of the measuring chain; keep "
             "them if the machine strikes there: several channels at once, or where motion turns",
             float(count),
@@ -765,9 +766,9 @@ def _steady_tone(
         yield CampaignWarning(
             "tone",
             channel,
-            f"a tone of {typical:.3f} Hz, amplitude {float(np.median(amplitudes)):.3g} {unit}, in "
-            f"{len(alike)} of {len(records)} runs beside the prediction, as large in all of them "
-            "while the signals are not",
+            f"a tone of {typical:.3f} Hz, amplitude {sized(float(np.median(amplitudes)), unit)}, "
+            f"in {len(alike)} of {len(records)} runs beside the prediction, as large in all of "
+            "them while the signals are not",
             "look for electrical hum (shield, ground, filter before sampling) or for something "
             "else that vibrates at this frequency",
             typical,

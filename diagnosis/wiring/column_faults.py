@@ -31,6 +31,7 @@ from carrierflex.diagnosis.wiring.refits import (
     GapSquare,
     WiringRival,
 )
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -155,14 +156,14 @@ def drifting_zeros(
 def zeros_behind_the_torque(
     records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Zeros of a machine's channels that follow its torque slowly, as where it warms.
+    """Zeros of a mounting's channels that follow its torque slowly, as where it warms.
 
     ``r_k = z_k s``, with the torque s behind a first-order low-pass. None where a torque on time
     does nearly as much, which is a map of the loads, or the baseline's columns that much later,
-    which are those of bushings that creep.
+    which are those of bushings that creep. The library of a carrier has drifts.
     """
     torque = LOADS[0]
-    if campaign.kind == "element" or not all(torque in run.inputs for run in campaign.runs):
+    if campaign.kind != "mounting" or not all(torque in run.inputs for run in campaign.runs):
         return
     runs = {run.name: run for run in campaign.runs}
     linear = list(records)
@@ -337,8 +338,8 @@ def saturating_channel(
         options={"maxiter": _MOST_REFITS, "xatol": 1e-3 * first},
     )
     if float(best.fun) <= gap.enough:
-        unit = campaign.channels[0].unit
-        text = f"the readings of {name} straightened, which saturate at {float(best.x):.3g} {unit},"
+        end = sized(float(best.x), campaign.channels[0].unit)
+        text = f"the readings of {name} straightened, which saturate at {end},"
         line = key_of("[[channels]]", name)
         yield WiringRival(CURVED_CHANNEL, name, text, float(best.fun), line)
 

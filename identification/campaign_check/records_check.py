@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.quantities import sized
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -435,7 +436,7 @@ def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
         if len(off) > 0.5 * len(campaign.channels):
             text = (
                 f"{len(off)} channels are not zero over the {n} samples of the zero, the worst by "
-                f"{max(off):.3g} m"
+                f"{sized(max(off), 'm')}"
             )
             yield CampaignWarning("zeroing", run.name, text, remedy, max(off), key)
 
@@ -462,8 +463,8 @@ def _declared_noise(campaign: Campaign) -> Iterator[CampaignWarning]:
             yield CampaignWarning(
                 "declared_noise",
                 channel.name,
-                f"noise_std is {channel.noise_std:.3g} {channel.unit}, neighbouring samples "
-                f"scatter by {noise:.3g}",
+                f"noise_std is {sized(channel.noise_std, channel.unit)}, neighbouring samples "
+                f"scatter by {sized(noise, channel.unit)}",
                 "take noise_std from a record at rest: what scatters under load alone may be a "
                 "load that was not recorded",
                 noise / channel.noise_std,

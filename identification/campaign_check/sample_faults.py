@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
@@ -215,8 +216,8 @@ def _outliers(signal: _Signal) -> Iterator[CampaignWarning]:
             "outliers",
             worst + 2,
             float(distance[worst]),
-            f"{int(far.sum())} samples are isolated, the worst {distance[worst]:.3g} "
-            f"{signal.channel.unit} from its neighbours",
+            f"{int(far.sum())} samples are isolated, the worst "
+            f"{sized(float(distance[worst]), signal.channel.unit)} from its neighbours",
             "spikes of the measuring chain: leave these cells empty, or identify with --loss "
             "huber; keep them if the machine strikes there, in several channels at once",
         )
@@ -248,7 +249,7 @@ def _quantised(signal: _Signal) -> Iterator[CampaignWarning]:
             "quantised",
             0,
             step / floor,
-            f"values lie on a grid of {step:.3g} {signal.channel.unit}, {step / floor:.1f} "
+            f"values lie on a grid of {sized(step, signal.channel.unit)}, {step / floor:.1f} "
             "times the noise floor",
             "take the amplifier's finer range, or declare a noise_std of at least 0.3 of the step",
         )
@@ -304,7 +305,7 @@ def _wrapped(signal: _Signal) -> Iterator[CampaignWarning]:
             "wrapped",
             int(jumps[0]) + 1,
             float(jumps.size),
-            f"{jumps.size} times the reading goes on at the other end of its range of {size:.3g} "
-            f"{signal.channel.unit}, as a counter of too few bits does",
+            f"{jumps.size} times the reading goes on at the other end of its range of "
+            f"{sized(size, signal.channel.unit)}, as a counter of too few bits does",
             "read the channel with more bits, or add the range to the samples beyond these jumps",
         )

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
@@ -65,9 +66,9 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
                 yield CampaignWarning(
                     "tone",
                     channel.name,
-                    f"{_named(tone.frequency_hz, run)}, amplitude {tone.amplitude:.3g} "
-                    f"{channel.unit}, in {len(alike)} of {len(runs)} runs; nothing turns or drives "
-                    "there",
+                    f"{_named(tone.frequency_hz, run)}, amplitude "
+                    f"{sized(tone.amplitude, channel.unit)}, in {len(alike)} of {len(runs)} runs; "
+                    "nothing turns or drives there",
                     "look for electrical hum (shield, ground, filter before sampling) or for "
                     "something else that vibrates at this frequency",
                     tone.frequency_hz,
