@@ -44,7 +44,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     off_gains,
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
+from carrierflex.diagnosis.wiring.lone_channels import lone_rivals, run_of_largest_motion
 from carrierflex.diagnosis.wiring.refits import (
     AC_COUPLED,
     CHANNEL,
@@ -145,12 +145,13 @@ class BaselineCheck:
 
     warnings: tuple[CampaignWarning, ...]
     rivals: tuple[tuple[WiringRival, float], ...]
+    largest_run: str = ""  # Run that moves most: what grows with the motion is largest there
 
     def with_rivals(self, rivals: Sequence[tuple[WiringRival, float]]) -> "BaselineCheck":
         """The same with further rivals, each with its finding."""
         reported = tuple(pair for pair in rivals if pair[1] >= _REPORTED)
         warnings = tuple(_wiring_warning(rival, share) for rival, share in reported)
-        return BaselineCheck((*self.warnings, *warnings), (*self.rivals, *reported))
+        return replace(self, warnings=(*self.warnings, *warnings), rivals=(*self.rivals, *reported))
 
 
 def checked_baseline(
@@ -225,7 +226,7 @@ def checked_baseline(
             best[key] = (rival, share)
     rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
-    return BaselineCheck(tuple(warnings), rivals)
+    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign))
 
 
 def _rivals_with_laws(
@@ -317,7 +318,7 @@ def with_findings(
             warning
             for warning in baseline.warnings
             if warning.id not in _BY_RUN
-            or warning.figure >= _least_share(warning.id, diagnosis)
+            or warning.figure >= _least_share(warning, diagnosis, baseline.largest_run)
             or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
         ),
     )
@@ -344,7 +345,8 @@ def with_findings(
     rivals = [
         (rival, share)
         for rival, share in likely
-        if share >= max(_least_share(rival.id, diagnosis), most_beside - _AS_GOOD)
+        if share
+        >= max(_least_share(rival, diagnosis, baseline.largest_run), most_beside - _AS_GOOD)
         and not _is_beside(rival, diagnosis)
     ]
     as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
@@ -435,13 +437,17 @@ def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
     return max(shares, default=0.0)
 
 
-def _least_share(fault: str, diagnosis: Diagnosis) -> float:
+def _least_share(
+    finding: WiringRival | CampaignWarning, diagnosis: Diagnosis, largest_run: str
+) -> float:
     """Share of the gap that a fault must explain to be an alias of what is named, or the reason.
 
-    A cause that acts in one run alone goes with that run too, one that grows with the amplitude
-    gives every run other values, and an error of a channel that is named is that channel's: these
-    must explain more. Any other may explain a little less.
+    A cause that acts in the run of the largest motion alone goes with that run too, one that grows
+    with the amplitude gives every run other values, and an error of a channel that is named is that
+    channel's: these must explain more. Any other run must leave half of what is named leaves, any
+    other fault may explain a little less.
     """
+    fault = finding.id
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if diagnosis.reduction is None or not is_named:
         return _REPORTED
@@ -456,8 +462,11 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
         # One channel is less to believe than a map of every signal on every other.
         return min(NEARLY_ALL, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
+    explained = min(diagnosis.reduction.phi, 1.0)
+    if fault == RUN and finding.about != largest_run:
+        return 1.0 - _REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
-    return min(diagnosis.reduction.phi, 1.0) + (_AS_GOOD if is_same else -_AS_GOOD)
+    return explained + (_AS_GOOD if is_same else -_AS_GOOD)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:

@@ -152,6 +152,14 @@ def lone_rivals(
             yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
 
 
+def run_of_largest_motion(campaign: Campaign) -> str:
+    """Name of the run that moves most: an effect that grows with the motion is largest there."""
+    return max(
+        campaign.runs,
+        key=lambda run: sum(float(np.nanstd(values)) for values in run.signals.values()),
+    ).name
+
+
 def _loads_vary(campaign: Campaign) -> bool:
     """Whether loads vary within the runs: under steady ones any cause is a value of each run."""
     loads = [

@@ -9,9 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-
-from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
@@ -68,23 +65,15 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             curves = campaign_curves(measured, campaign)
             measured = with_stage_baseline(measured, campaign, executor, stages)
 
+        from carrierflex.diagnosis.wiring.lone_channels import run_of_largest_motion
+        from carrierflex.diagnosis.wiring.refits import RUN
         from carrierflex.workflows.diagnosis.examination import examined
 
         with stages.stage("records"):
             examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
+            # An effect that grows with the motion is largest there; a diagnosis weighs both.
+            largest = (RUN, run_of_largest_motion(measured))
             findings = examination.findings()
-            warnings = tuple(one for one in findings if not _may_be_a_law(one, measured))
+            warnings = tuple(one for one in findings if (one.id, one.about) != largest)
     return CampaignCheck(measured.name, measured.kind, warnings, examination.probes)
-
-
-def _may_be_a_law(warning: CampaignWarning, campaign: Campaign) -> bool:
-    """Whether a run at odds with all others is that of the largest motion."""
-    # An effect that grows with the motion is largest there; a diagnosis weighs both.
-    from carrierflex.diagnosis.wiring.refits import RUN
-
-    motion = {
-        run.name: sum(float(np.nanstd(values)) for values in run.signals.values())
-        for run in campaign.runs
-    }
-    return warning.id == RUN and warning.about == max(motion, key=lambda name: motion[name])

@@ -491,5 +491,5 @@ class SummaryDocument(TypedDict):
     gap: Annotated[JobGap, "The gap"]
     checks: Annotated[Sequence[JobCheck], "Checks, required and actual"]
     seconds: Annotated[Mapping[str, float], "Time by stage [s]"]
-    peak_memory_gb: Annotated[float, "Largest memory of both processes, added up: at most used at once [GB]"]
+    peak_memory_gb: Annotated[float, "Peaks of both processes added up: at most used at once [GB]"]
     versions: Versions

@@ -121,6 +121,8 @@ def _files(job: "Job") -> list[RenderableType]:
     paths = {str(job.folder / name): words for name, words in _FILES_TO_OPEN.items()}
     width = max(len(path) for path in paths)
     lines = [f"{path:<{width}}  {words}" for path, words in paths.items()]
-    all_of_it = f"\nEverything is in {job.folder} ({seconds:.0f} s, at most {memory:.1f} GB of memory)"
+    all_of_it = (
+        f"\nEverything is in {job.folder} ({seconds:.0f} s, at most {memory:.1f} GB of memory)"
+    )
     # A path that is broken into two lines can't be copied from the screen.
     return [Text(line, no_wrap=True, overflow="ignore") for line in (*lines, all_of_it)]

@@ -441,14 +441,20 @@ def test_a_clock_that_was_moved_is_an_alias_of_a_delay_alone():
 
 
 def test_a_fault_that_any_cause_may_look_like_must_explain_more_than_what_is_named():
-    def with_fault(fault, share, phi=0.9, **options):
-        one = replace(rival(1.0), id=fault)
-        return with_findings(named(NAMED, phi, **options), (), BaselineCheck((), ((one, share),)))
+    def with_fault(fault, share, phi=0.9, *, about="run2", **options):
+        one = replace(rival(1.0), id=fault, about=about)
+        check = BaselineCheck((), ((one, share),), largest_run="run2")
+        return with_findings(named(NAMED, phi, **options), (), check)
 
-    # A cause that grows with the load gives every run, or one, values of its own.
+    # A cause that grows with the load gives every run values of its own, and the largest one.
     for fault in ("run_variation", "wiring/run"):
         assert with_fault(fault, 0.92).verdict == NAMED
         assert with_fault(fault, 0.94).verdict == ALIASED
+    # None of that is in another run alone: without it half of what is left goes, or it is none.
+    assert with_fault("wiring/run", 0.94, about="run1").verdict == NAMED
+    assert with_fault("wiring/run", 0.96, about="run1").verdict == ALIASED
+    assert with_fault("wiring/run", 0.999, 0.99, about="run1").verdict == ALIASED
+    assert with_fault("wiring/run", 0.999, 0.99).verdict == NAMED
     # The gain of a sensor that is named is that of its channel.
     assert with_fault("wiring/channel_gain", 0.92, effects=("sensor_gain",)).verdict == NAMED
     assert with_fault("wiring/polarity", 0.92, effects=("sensor_gain",)).verdict == ALIASED
