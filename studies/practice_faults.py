@@ -166,7 +166,7 @@ def _of_machine(kind: str) -> Iterator[Fault]:
 
 def _of_element() -> Iterator[Fault]:
     """Errors of a test of one element."""
-    yield Fault("mass of the fixture in the force", "10 %", _each(_fixture), ())
+    yield Fault("mass of the fixture in the force", "10 %", _each(_fixture), ("prior", "bound"))
     yield Fault("play of the sensor", "4 floors", _each(_sensor_with_play), ("stuck", "repeated"))
     yield Fault("linear drift", "15 floors", _each(_linear_drift), _DRIFT)
     yield Fault("mass in grams", "1000", partial(_rig, key="mass", factor=1e3), (*_RIG, "refused"))
@@ -580,7 +580,7 @@ def _fixture(campaign: Campaign, run: Run, rng: np.random.Generator) -> Run:
     motion = run.inputs[load] if by_motion else run.signals[name]
     force = run.signals[name] if by_motion else run.inputs[load]
     # Smoothed without a delay: noise differentiated twice would be all there is.
-    slow = filtfilt([0.25], [1.0, -0.75], np.nan_to_num(motion))
+    slow = filtfilt([0.6], [1.0, -0.4], np.nan_to_num(motion))
     acceleration = np.gradient(np.gradient(slow, step), step)
     size = 0.1 * float(np.std(motion if by_motion else force))
     added = size / max(float(np.std(acceleration)), 1e-30) * acceleration
