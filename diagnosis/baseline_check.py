@@ -79,6 +79,7 @@ from carrierflex.diagnosis.wiring.spoilt_readings import (
     jittered_samples,
     noisier_readings,
     noisy_load,
+    unfollowed_loads,
 )
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
@@ -203,6 +204,8 @@ def checked_baseline(
             else:
                 for law in laws:
                     tried += _rivals_with_laws(problem, campaign, wiring, (law,), floor)
+        if LOAD_NOISE not in [rival.id for rival in tried]:
+            warnings += unfollowed_loads(wiring.linear(fit.theta), campaign)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.

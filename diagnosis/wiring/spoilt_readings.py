@@ -30,7 +30,11 @@ from carrierflex.diagnosis.wiring.refits import (
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
-from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.identification.campaign_check.campaign_warning import (
+    CampaignWarning,
+    key_of,
+    sample_of,
+)
 from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
 
 ComplexArray = NDArray[np.complex128]
@@ -43,8 +47,8 @@ _STEEP, _AS_EXPECTED = 0.8, (0.8, 1.25)
 _MOST_STEPS = 1.0
 #: Share of the lines, the highest, in which noise of a load is measured.
 _ABOVE_BAND = 0.25
-#: Noise of a load over its RMS from which it is one.
-_LEAST_NOISE = 0.01
+#: Noise of a load over its RMS from which it is one, and from which it spoils any fit.
+_LEAST_NOISE, _MUCH_NOISE = 0.01, 0.05
 #: Share of a line's square that is noise from which the line is one of noise.
 _IS_NOISE = 0.25
 #: Share of what is predicted on such lines that the signal does not follow, noise and no load, and
@@ -140,18 +144,9 @@ def noisy_load(
     The arguments are those of :func:`jittered_samples`. None where the machine follows what the
     load has above its band: that is no noise.
     """
-    runs = {run.name: run for run in campaign.runs}
-    of_load: dict[str, _PassedOn] = {}
-    n_samples = 0
-    for record in records:
-        known = np.isfinite(record.residual)
-        n_samples += known.size
-        residual = np.where(known, record.residual, 0.0)
-        for answer in load_answers(record, runs[record.run]):
-            of_run = _passed_on(answer, residual)
-            before = of_load.get(answer.load)
-            of_load[answer.load] = of_run if before is None else before + of_run
-    for name, passed_on in of_load.items():
+    held = tuple(records)
+    n_samples = sum(record.residual.size for record in held)
+    for name, passed_on in _passed_on_by_load(held, campaign).items():
         square = passed_on.square / n_samples
         is_as_large = square >= SCREENED * (gap.before - gap.floor)
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
@@ -159,6 +154,38 @@ def noisy_load(
             remaining = max(gap.before - square, gap.floor)
             line = sample_of(campaign.runs[0].file, 0)
             yield WiringRival(LOAD_NOISE, name, text, remaining, line)
+
+
+def unfollowed_loads(
+    records: Iterable[LinearRecord], campaign: Campaign
+) -> Iterator[CampaignWarning]:
+    """So much noise of a load that a fit to it leaves more than the noise itself."""
+    for name, passed_on in _passed_on_by_load(records, campaign).items():
+        if passed_on.noise >= _MUCH_NOISE and passed_on.is_unfollowed:
+            yield CampaignWarning(
+                "load_noise",
+                name,
+                f"readings of {name} have noise of {passed_on.noise:.0%} (RMS): above the band of "
+                "the drive the signals do not follow them",
+                "filter the reading, or measure it with less noise: a model that follows the noise "
+                "is fitted to it",
+                passed_on.noise,
+                sample_of(campaign.runs[0].file, 0),
+                LOAD_NOISE,
+            )
+
+
+def _passed_on_by_load(records: Iterable[LinearRecord], campaign: Campaign) -> dict[str, _PassedOn]:
+    """What the prediction passes on of the noise of every load."""
+    runs = {run.name: run for run in campaign.runs}
+    of_load: dict[str, _PassedOn] = {}
+    for record in records:
+        residual = np.where(np.isfinite(record.residual), record.residual, 0.0)
+        for answer in load_answers(record, runs[record.run]):
+            of_run = _passed_on(answer, residual)
+            before = of_load.get(answer.load)
+            of_load[answer.load] = of_run if before is None else before + of_run
+    return of_load
 
 
 def _passed_on(answer: LoadAnswer, residual: FloatArray) -> _PassedOn:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.workflows.diagnosis.examination import examined
 
 from ..element.element_campaigns import STEP, force_campaign, no_law
@@ -105,6 +107,25 @@ def test_noise_of_a_load_that_leads_the_fit_astray_is_told():
     assert "readings of force" in text
 
 
+def test_noise_of_a_drive_that_spoils_the_fit_is_reported_however_small_its_share():
+    # A deflection that is read with noise is differentiated twice: the fitted mass is far off.
+    clean, label = case_campaign(case_plans("element", 64, 73)[7])
+    assert ("displacement" in clean.contract.inputs, label.drive) == (True, "multisine")
+    rng = np.random.default_rng(3)
+
+    def noisy(run):
+        x = run.inputs["displacement"]
+        spoilt = x + 0.15 * x.std() * rng.standard_normal(x.size)
+        return replace(run, inputs={"displacement": spoilt})
+
+    def findings(campaign):
+        return {one.id: one.text for one in examined(campaign, None).findings()}
+
+    assert LOAD_NOISE not in findings(clean)
+    spoilt = findings(replace(clean, runs=tuple(map(noisy, clean.runs))))
+    assert "readings of displacement have noise of 15% (RMS)" in spoilt[LOAD_NOISE]
+
+
 def test_a_gain_of_the_load_that_drifts_is_told_with_its_size():
     share, text = rivals(load_that_grows)[GROWTH]
     assert share > 0.9
@@ -116,7 +137,9 @@ def test_a_channel_that_saturates_is_told_with_its_end():
     share, text = rivals(saturating)[CURVED]
     assert share > 0.9
     largest = np.abs(force_campaign(no_law, noise=0.0).runs[-1].signals["q"]).max()
-    assert float(text.split(" at ")[1].split(" m")[0]) == pytest.approx(1.2 * largest, rel=0.02)
+    end, unit = text.split(" at ")[1].rstrip(",").split()
+    factor = {"mm": 1e-3, "µm": 1e-6}[unit]
+    assert factor * float(end) == pytest.approx(1.2 * largest, rel=0.02)
 
 
 @pytest.mark.long
