@@ -331,7 +331,7 @@ def _remaining_with_loop(
     if key not in table.loops:
         size = table.bases.size
         shared = _groups_of(table, other)
-        loop = fitted_loop(table.records, table.weights, size, shared, is_curve=is_curve)
+        loop = fitted_loop(table.records, size, shared, is_curve=is_curve)
         groups = (*_groups_of(table, HYSTERESIS), _column(loop), *shared)
         products, _ = products_by_block(
             table,

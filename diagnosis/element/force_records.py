@@ -16,6 +16,7 @@ from carrierflex.diagnosis.element.motion import (
     speed_noise,
     with_harmonics,
 )
+from carrierflex.diagnosis.element.noise import NoiseWeight
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.identification.campaign.signals import band_limited
@@ -75,7 +76,8 @@ class ForceRecord:
     #: Force as it was measured: applied, or that of a driven deflection in the band of the target,
     #: shape (n,)
     force: FloatArray
-    band_hz: float  # End of the band in which forces are compared
+    #: Filter of all columns: the band in which forces are compared, then by the noise too
+    weight: NoiseWeight
     block: np.ndarray  # Block of every sample; -1 where it does not count, shape (n,)
     #: Whether sliders and relaxing branches begin relaxed at the first sample; else where a motion
     #: like this one leaves them
@@ -87,10 +89,19 @@ class ForceRecord:
     #: Lag over which the column of a delay takes the change of the force [s]; zero for its rate
     lag: float = 0.0
 
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """Columns through the filter, shape (n_columns, n), at the samples that count."""
+        return self.weight.filtered(columns)[:, self.counts]
+
     @property
     def step(self) -> float:
         """Sampling interval [s]."""
         return self.record.step
+
+    @property
+    def band_hz(self) -> float:
+        """End of the band in which forces are compared."""
+        return self.weight.band_hz
 
     @property
     def drive(self) -> FloatArray:
@@ -104,28 +115,26 @@ class ForceRecord:
 
 
 def force_records(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray, *, finer: int = 1
+    model: ElementModel, records: Sequence[ElementRecord], *, finer: int = 1
 ) -> tuple[ForceRecord, ...]:
     """Runs in force space, those that hold enough samples away from their ends.
 
-    `noise` is the variance of the channel's noise by run, `finer` the blocks for each usual one.
+    `finer` are the blocks for each usual one.
     """
     n_blocks = max(2, round(finer * _BLOCKS / len(records)))
     runs = []
-    for record, variance in zip(records, noise, strict=True):
-        block = _blocks(record, n_blocks, float(variance), _in_band(model, record, float(variance)))
+    for record in records:
+        block = _blocks(record, n_blocks, _in_band(model, record))
         if block.max(initial=-1) >= 0:
-            runs.append(_force_record(model, record, block, float(variance)))
+            runs.append(_force_record(model, record, block))
     return tuple(runs) if model.by_force else _with_predicted_forces(model, runs)
 
 
-def _force_record(
-    model: ElementModel, record: ElementRecord, block: np.ndarray, variance: float
-) -> ForceRecord:
-    """Run in force space with its blocks; variance of the channel's noise."""
-    nearest, speed_error = nearest_motion(model, record, variance)
+def _force_record(model: ElementModel, record: ElementRecord, block: np.ndarray) -> ForceRecord:
+    """Run in force space with its blocks."""
+    nearest, speed_error = nearest_motion(model, record)
     band = _band(model, record)
-    run, nearest, noise_motion = with_harmonics(model, record, nearest, variance)
+    run, nearest, noise_motion = with_harmonics(model, record, nearest)
     q, v, a = run.motion
     side = run.drive
     if not side.any():  # released: the restoring force, where nothing is applied
@@ -143,23 +152,22 @@ def _force_record(
         a=nearest[2],
         side=side,
         force=side if model.by_force else force,
-        band_hz=band,
+        weight=NoiseWeight(run.step, band),
         block=block,
         speed_error=speed_error,
         noise_motion=noise_motion,
     )
 
 
-def with_noise_of(run: ForceRecord, element: tuple[float, float, float] | None) -> ForceRecord:
+def with_noise_of_motion(run: ForceRecord) -> ForceRecord:
     """Run whose target holds the noise of a motion known from its harmonics as a force.
 
     What the classes leave is compared with the noise of the records, so that it must be in it; in
-    the regressors it would make the mass too small. `element` is m, C1, K1 of the filter; None
-    where the force is measured.
+    the regressors it would make the mass too small.
     """
-    if run.noise_motion is None or element is None:
+    if run.noise_motion is None or run.weight.element is None:
         return run
-    m, C1, K1 = element
+    m, C1, K1 = run.weight.element
     x, v, a = run.noise_motion
     return replace(run, target=run.target - (m * a + C1 * v + K1 * x))
 
@@ -187,8 +195,8 @@ def _band(model: ElementModel, record: ElementRecord) -> float:
     return _WIDEST * 0.5 / record.step if is_narrow else record.flat_hz
 
 
-def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.ndarray:
-    """Samples at which the motion lies in its trusted band; variance of the channel's noise."""
+def _in_band(model: ElementModel, record: ElementRecord) -> np.ndarray:
+    """Samples at which the motion lies in its trusted band."""
     # Where a sweep passes the end of the band a force that is no straight line of the motion is not
     # known at all.
     window = max(int(np.ceil(1.0 / (record.flat_hz * record.step))), 3)
@@ -203,10 +211,10 @@ def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.
         return (outside <= 0.0) | (outside <= _OMITTED**2 * swing)
     # Under a force the motion is compared where the band is flat: a line beyond has no force.
     outside = local(record.response - record.where_flat(q))
-    return (outside <= _ABOVE_NOISE * variance) | (outside <= _OMITTED**2 * swing)
+    return (outside <= _ABOVE_NOISE * record.noise) | (outside <= _OMITTED**2 * swing)
 
 
-def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndarray) -> np.ndarray:
+def _blocks(record: ElementRecord, wanted: int, inside: np.ndarray) -> np.ndarray:
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
     # A decay is largest where it begins: fewer periods are given up there.
@@ -215,7 +223,7 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     sample = np.arange(n)
     last = n - edge
     if record.is_released:
-        last = min(last, _end_of_motion(record, variance))
+        last = min(last, _end_of_motion(record))
     counted = np.flatnonzero(record.counts & inside & (sample >= edge) & (sample < last))
     block = np.full(n, -1)
     if counted.size < 2 * _FEWEST_IN_BLOCK:
@@ -227,30 +235,23 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     return block
 
 
-def while_moving(record: ElementRecord, variance: float) -> ElementRecord:
+def while_moving(record: ElementRecord) -> ElementRecord:
     """Decay without the samples after it has come to rest; any other record as it is.
 
     At rest columns of force are noise, and dry friction balances whatever remains.
-
-    Parameters
-    ----------
-    record : ElementRecord
-        Run.
-    variance : float
-        Variance of the noise of its deflection.
     """
     if not record.is_released:
         return record
-    moves = np.arange(record.block.size) < _end_of_motion(record, variance)
+    moves = np.arange(record.block.size) < _end_of_motion(record)
     moves &= record.block >= 0
     if np.count_nonzero(moves) < 2 * _FEWEST_IN_BLOCK:
         return record
     return replace(record, block=np.where(moves, record.block, -1))
 
 
-def _end_of_motion(record: ElementRecord, variance: float) -> int:
+def _end_of_motion(record: ElementRecord) -> int:
     """Number of samples until the speed of a decay is last clear of its noise."""
-    least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
+    least = _CLEAR_SPEED * speed_noise(record)
     clear = np.flatnonzero((np.abs(record.motion[1]) > least) & record.counts)
     return int(clear.max(initial=-1)) + 1
 

@@ -111,7 +111,6 @@ class ElementGap:
     model: ElementModel  # Parameters and simulator
     records: Sequence[ElementRecord]  # Runs
     residuals: Sequence[FloatArray]  # Gap of every run, shape (n,)
-    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
     is_declared: bool  # Whether it is declared: noise of repeats says nothing of their scatter
     #: channel, unit: name and unit of the channel
     channel: str
@@ -127,12 +126,10 @@ class ElementGap:
         ``power / noise ~ chi²``.
         """
         tables = []
-        for record, residual, variance in zip(
-            self.records, self.residuals, self.noise, strict=True
-        ):
+        for record, residual in zip(self.records, self.residuals, strict=True):
             periods = record.by_period(residual)
             if periods is None:
-                tables.append(_band_table(record, residual, float(variance), self.channel))
+                tables.append(_band_table(record, residual, self.channel))
             else:
                 tables.append(_line_table(record, periods, self.channel))
         return gap_cells(tables)
@@ -142,18 +139,16 @@ class ElementGap:
         moments: list[GapMoment] = []
         trends: list[DriftTable] = []
         scattered: list[ScatterTable] = []
-        for record, residual, variance in zip(
-            self.records, self.residuals, self.noise, strict=True
-        ):
+        for record, residual in zip(self.records, self.residuals, strict=True):
             is_measured = np.ones((residual.size, 1), dtype=bool)
             moments += block_rms(
                 record.name, record.time, record.block, residual[:, None], is_measured
             )
             trends.append(_drifts(record, residual, self.channel))
-            of_channel = float(variance) if self.is_declared else float("nan")
+            of_channel = record.noise if self.is_declared else float("nan")
             scattered += _scatter(record, residual, self.channel, of_channel)
         rows = significant_non_synchronous(scattered)
-        blocks = _block_forces(self.model, self.records, self.noise)
+        blocks = _block_forces(self.model, self.records)
         exponent = _growth_exponent(blocks)
         conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
         return GapFindings(
@@ -309,9 +304,7 @@ def _growth_exponent(blocks: _BlockForces) -> Exponent:
     return _fitted(blocks)
 
 
-def _block_forces(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
-) -> _BlockForces:
+def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _BlockForces:
     """Unexplained force of every block."""
     blocks = [
         (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
@@ -325,7 +318,7 @@ def _block_forces(
     target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
     law = design_solution(design.T, target)
     residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
-    floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
+    floor = [_force_noise(model, record, law) for record in records]
     return _BlockForces(
         deflection=deflection,
         speed=speed,
@@ -340,13 +333,11 @@ def _n_low(n_blocks: int) -> int:
     return max(2, round(_LOW_AMPLITUDE * n_blocks))
 
 
-def _force_noise(
-    model: ElementModel, record: ElementRecord, law: FloatArray, variance: float
-) -> float:
+def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray) -> float:
     """RMS of the channel's noise, brought to force space by the fitted element."""
     if not model.by_force:
-        return float(np.sqrt(variance * min(2.0 * record.flat_hz * record.step, 1.0)))
-    white = np.sqrt(variance) * np.random.default_rng(_NOISE_SEED).standard_normal(
+        return float(np.sqrt(record.noise * min(2.0 * record.flat_hz * record.step, 1.0)))
+    white = np.sqrt(record.noise) * np.random.default_rng(_NOISE_SEED).standard_normal(
         record.response.size
     )
     q, v, a = record.with_response(white).motion
@@ -442,9 +433,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
     )
 
 
-def _band_table(
-    record: ElementRecord, residual: FloatArray, variance: float, channel: str
-) -> CellTable:
+def _band_table(record: ElementRecord, residual: FloatArray, channel: str) -> CellTable:
     """Bands of one run; order is the number of the band's middle in steps of the lowest line."""
     length = int((record.block == 0).sum())
     edges_hz = band_edges_hz(length * record.step, 0.5001 / record.step, _MAP_BANDS)
@@ -457,7 +446,7 @@ def _band_table(
     ]
     n_samples = max(int((record.block >= 0).sum()), 1)
     power = squares.sum(axis=0)
-    noise = variance * lines
+    noise = record.noise * lines
     counts = multinomial_counts(record.n_blocks, N_DRAWS, seed=_DRAWS_SEED)
     bands_hz = np.column_stack([edges_hz[:-1], edges_hz[1:]])[is_filled]
     return CellTable(
@@ -466,7 +455,7 @@ def _band_table(
         orders=bands_hz.mean(axis=1) * length * record.step,
         mean_square=power[None, None] / n_samples,
         coherent=(power - noise)[None, None] / n_samples,
-        p_value=chi2.sf(power / max(variance, np.finfo(float).tiny), lines)[None, None],
+        p_value=chi2.sf(power / max(record.noise, np.finfo(float).tiny), lines)[None, None],
         draws=lambda: ((counts @ squares - noise) / n_samples)[:, None, None],
         bands_hz=bands_hz,
     )

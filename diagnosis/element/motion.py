@@ -71,15 +71,15 @@ def with_all_lines(model: ElementModel, record: ElementRecord) -> ElementRecord:
 
 
 def nearest_motion(
-    model: ElementModel, record: ElementRecord, variance: float, *, clear: float = 1.0
+    model: ElementModel, record: ElementRecord, *, clear: float = 1.0
 ) -> tuple[Motion, float]:
     """Deflection, speed and acceleration nearest to the true ones, and the error of the speed.
 
     Curved columns bend the noise of the motion with it, which no weight takes out again. Each
     frequency is taken by the share of the motion in the power that was measured there.
 
-    A driven deflection and a release are taken as they are. Parameters: `variance` of the channel's
-    noise; `clear`, the power over that of the noise below which a frequency holds no motion.
+    A driven deflection and a release are taken as they are. `clear` is the power over that of the
+    noise below which a frequency holds no motion.
 
     References
     ----------
@@ -89,8 +89,8 @@ def nearest_motion(
     if not model.by_force:
         return record.motion, 0.0
     if record.is_released or record.gap is not None:
-        return record.motion, speed_noise(variance, record.flat_hz, record.step)
-    q, step = record.response, record.step
+        return record.motion, speed_noise(record)
+    q, step, variance = record.response, record.step, record.noise
     window = np.hanning(q.size)
     power = np.abs(np.fft.rfft(detrend(q) * window)) ** 2 / np.square(window).sum()
     smooth = np.maximum(uniform_filter1d(power, _SMOOTHED_LINES, mode="nearest"), _SMALLEST)
@@ -130,10 +130,10 @@ def participation(record: ElementRecord) -> tuple[float, float]:
     return float(lines), 1.0 / (q.size * record.step)
 
 
-def speed_noise(variance: float, band_hz: float, step: float) -> float:
-    """Standard deviation of noise of the deflection, differentiated in its band."""
-    inside = min(2.0 * band_hz * step, 1.0) / 3.0
-    return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
+def speed_noise(record: ElementRecord) -> float:
+    """Standard deviation of the noise of the deflection, differentiated in its band."""
+    inside = min(2.0 * record.flat_hz * record.step, 1.0) / 3.0
+    return float(np.sqrt(record.noise * inside) * 2.0 * np.pi * record.flat_hz)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +145,7 @@ class _SteadyMotion:
 
 
 def with_harmonics(
-    model: ElementModel, record: ElementRecord, nearest: Motion, variance: float
+    model: ElementModel, record: ElementRecord, nearest: Motion
 ) -> tuple[ElementRecord, Motion, Motion | None]:
     """Run whose motion is that of its harmonics where a force of one line drives it.
 
@@ -159,10 +159,9 @@ def with_harmonics(
         return record, nearest, None
     remainder = np.where(steady.inside, record.response - steady.motion[0], 0.0)
     moved = _inside(steady, steady.motion, nearest)
-    if np.mean(remainder[record.block >= 0] ** 2) > _IS_NOISE * variance:
-        others, _ = nearest_motion(
-            model, replace(record, response=remainder), variance, clear=_OTHER_MOTION
-        )
+    if np.mean(remainder[record.block >= 0] ** 2) > _IS_NOISE * record.noise:
+        rest = replace(record, response=remainder)
+        others, _ = nearest_motion(model, rest, clear=_OTHER_MOTION)
         x, v, a = (value + other for value, other in zip(moved, others, strict=True))
         moved = x, v, a
     motion = _inside(steady, moved, record.motion)

@@ -74,14 +74,15 @@ def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tupl
     return np.maximum([_plateau(record) for record in records], least), False
 
 
-def scatter_is_noise(records: Sequence[ElementRecord], variance: FloatArray) -> bool:
+def scatter_is_noise(records: Sequence[ElementRecord]) -> bool:
     """Whether what does not repeat is as high as the noise above the band of the motion.
 
     A stiffness that changes in time, or a load that no period has twice, does not repeat either,
     and lies where the motion is.
     """
     plateau = float(np.mean([_plateau(record) for record in records]))
-    return float(np.mean(variance)) <= Thresholds().most_coloured * plateau
+    variance = float(np.mean([record.noise for record in records]))
+    return variance <= Thresholds().most_coloured * plateau
 
 
 def _scatter_over_periods(record: ElementRecord) -> float | None:
@@ -223,9 +224,9 @@ class NoiseWeight:
     step: float  # Sampling interval [s]
     band_hz: float  # End of the band
     #: m, C1, K1 of a force drive; None where the force is measured
-    element: tuple[float, float, float] | None
-    variance: float  # Variance of the channel's noise
-    force: float  # RMS of the force
+    element: tuple[float, float, float] | None = None
+    variance: float = 0.0  # Variance of the channel's noise
+    force: float = 0.0  # RMS of the force
     #: Noise of a driven deflection, which its element makes a force
     carried: MotionNoise | None = None
     correlation_time: float = 0.0  # Of the channel's noise [s]; 0 where it is white

@@ -3,7 +3,7 @@
 Both drives, its library, sums by block and band; trial drives; another simulator as its baseline.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any
@@ -89,7 +89,6 @@ _CYCLES = 12
 class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     """One element, its records and its library."""
 
-    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
     noise_is_measured: bool  # Whether it was declared or comes from repeats
     channel: str  # Name of the channel
     #: Whether the campaign declares it, so that the scatter of repeats is compared with it
@@ -129,7 +128,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     @property
     def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
         """Variance of the noise of the channel; its zero is not taken from the records."""
-        return [(np.array([variance]), np.zeros(1)) for variance in self.noise]
+        return [(np.array([record.noise]), np.zeros(1)) for record in self.records]
 
     def simulator(self, effects: Effects) -> Callable[[ElementRecord, FloatArray, int], FloatArray]:
         """Response that a parameter set predicts for a record."""
@@ -158,7 +157,6 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             self.model,
             self.records,
             self.residuals(effects, theta),
-            self.noise,
             self.noise_is_declared,
             self.channel,
             self.unit,
@@ -203,17 +201,16 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         counts = np.arange(drive.size) >= drive.size // 4
 
         def record(response: FloatArray) -> ElementRecord:
-            return prepared_record(
+            trial = prepared_record(
                 ("trial", "trial"), step, drive, response, by_force=stepped.by_force, counts=counts
             )
+            return replace(trial, noise=self.records[0].noise)
 
         blank = record(np.linspace(0.0, stepped.scale.deflection, drive.size))
         predicted = stepped.predicted(blank, effects, theta)
         if not np.isfinite(predicted).all():
             return None
-        return replace(
-            self, model=stepped, records=(record(predicted),), noise=self.noise[:1], table=None
-        )
+        return replace(self, model=stepped, records=(record(predicted),), table=None)
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
@@ -235,7 +232,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Table of the classes; None where the records are too short for it."""
         if self.table is not None:
             return self.table
-        return element_table(self.model, self.records, self.noise, _LIMITS)
+        return element_table(self.model, self.records, _LIMITS)
 
     @property
     def signal_square(self) -> float:
@@ -328,8 +325,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
     @cached_property
     def _signatures(self) -> Signatures:
-        moving = map(while_moving, self.records, self.noise.tolist())
-        return element_signatures(self.model, tuple(moving))
+        return element_signatures(self.model, tuple(map(while_moving, self.records)))
 
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
@@ -337,14 +333,14 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     problem = _problem_of_records(campaign, measured_laws)
     if problem.noise_is_measured:
         return problem
-    noise, note, table = _believable_noise(problem.model, problem.records, problem.noise)
-    return replace(problem, noise=noise, noise_note=note, table=table)
+    return _with_believable_noise(problem)
 
 
 def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> ElementProblem:
     """The same with the noise that the records show, whether it is believable or not."""
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
+    records = _with_noise(records, noise)
     drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
     channel = campaign.channels[0]
     refuse_mixed_units(campaign)
@@ -369,18 +365,18 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         gains=declared_gains(campaign),
         measured={law.name: element_law(law) for law in measured_laws},
     )
-    scale = element_scale(unscaled, tuple(map(while_moving, records, noise.tolist())))
+    scale = element_scale(unscaled, tuple(map(while_moving, records)))
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
     if model.by_force and not model.states:
         records = tuple(with_likely_start(model, record) for record in records)
     noise = noise + np.array([carried_noise(model, record) for record in records])
-    is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records, noise)
+    records = _with_noise(records, noise)
+    is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records)
     return ElementProblem(
         model,
         records,
-        noise,
         measured,
         channel.name,
         noise_is_declared=channel.noise_std is not None,
@@ -397,20 +393,28 @@ def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
     return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
 
 
-def _believable_noise(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
-) -> tuple[FloatArray, str, ElementTable | None]:
-    """Variance of the noise by run, raised to what no class learns where the plateau is absurd."""
-    table = element_table(model, records, noise, _LIMITS)
+def _with_noise(
+    records: Sequence[ElementRecord], noise: Iterable[float]
+) -> tuple[ElementRecord, ...]:
+    return tuple(
+        replace(record, noise=float(variance))
+        for record, variance in zip(records, noise, strict=True)
+    )
+
+
+def _with_believable_noise(problem: ElementProblem) -> ElementProblem:
+    """Variance of the noise raised to what no class learns where the plateau is absurd."""
+    table = problem.class_table
     if table is None:
-        return noise, "", None
+        return problem
     scores, floor = table.scores, float(table.table.floor.sum())
     classes = [scores.of((name,)).total for name in table.table.classes]
     least = min(scores.ceiling().total, *classes)
     if least <= Thresholds().most_coloured * floor:
-        return noise, "", table
+        return replace(problem, table=table)
     # After a low-pass filter the plateau of the spectrum is what the filter let through.
-    return np.asarray(noise * least / max(floor, 1e-300)), _FLOOR_NOTE, None
+    raised = [record.noise * least / max(floor, 1e-300) for record in problem.records]
+    return replace(problem, records=_with_noise(problem.records, raised), noise_note=_FLOOR_NOTE)
 
 
 def _trial_frequencies_hz(model: ElementModel) -> list[float]:

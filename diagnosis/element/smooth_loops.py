@@ -29,7 +29,6 @@ from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.force_records import ForceRecord
 from carrierflex.diagnosis.element.laws import MotionSize
-from carrierflex.diagnosis.element.noise import NoiseWeight
 from carrierflex.simulation.element.loop_kernels import loop_states
 from carrierflex.simulation.laws import N_STIFFNESS
 
@@ -75,7 +74,6 @@ class SmoothLoop:
 
 def fitted_loop(
     runs: Sequence[ForceRecord],
-    weights: Sequence[NoiseWeight],
     size: MotionSize,
     others: Sequence[GroupColumns[ForceRecord]] = (),
     *,
@@ -91,7 +89,7 @@ def fitted_loop(
         half = N_STIFFNESS // 2
         spread = (spread + spread[::-1])[:, : half + 1]
         spread[half, half] = 1.0
-    problem = _problem(runs, weights, size, others, spread)
+    problem = _problem(runs, size, others, spread)
     at_values = np.linspace(-1.0, 1.0, N_STIFFNESS)
     logs_c = [
         np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
@@ -110,7 +108,6 @@ class _Problem:
     """Least squares of a smooth loop."""
 
     runs: Sequence[ForceRecord]
-    weights: Sequence[NoiseWeight]
     size: MotionSize
     target: FloatArray
     base: FloatArray
@@ -148,29 +145,27 @@ class _Problem:
         """Filtered states of loops without what the baseline explains."""
         loops = [self.loop(values) for values in unknowns]
         pieces = []
-        for run, weight in zip(self.runs, self.weights, strict=True):
+        for run in self.runs:
             states = [loop.along(run.x, from_rest=run.from_rest) for loop in loops]
-            pieces.append(weight.filtered(np.array(states))[:, run.counts])
+            pieces.append(run.filtered(np.array(states)))
         columns = np.concatenate(pieces, axis=1)
         return list(columns - (columns @ self.base) @ self.base.T)
 
 
 def _problem(
     runs: Sequence[ForceRecord],
-    weights: Sequence[NoiseWeight],
     size: MotionSize,
     others: Sequence[GroupColumns[ForceRecord]],
     spread: FloatArray,
 ) -> _Problem:
     pieces = []
-    for run, weight in zip(runs, weights, strict=True):
+    for run in runs:
         columns = [group.columns(run) for group in others]
-        raw = np.concatenate([run.target[None], run.base, *columns])
-        pieces.append(weight.filtered(raw)[:, run.counts])
+        pieces.append(run.filtered(np.concatenate([run.target[None], run.base, *columns])))
     rows = np.concatenate(pieces, axis=1)
     base = _span(rows[1:])
     target = rows[0] - base @ (base.T @ rows[0])
-    return _Problem(runs, weights, size, target / np.linalg.norm(target), base, spread)
+    return _Problem(runs, size, target / np.linalg.norm(target), base, spread)
 
 
 def _span(rows: FloatArray) -> FloatArray:
