@@ -70,6 +70,11 @@ class ElementBases:
         """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
         return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.size.speed)), dtype=np.float64)
 
+    def drawn_speeds(self, n: int) -> FloatArray:
+        """Speeds over what the runs visit, dense beside rest, shape (n,)."""
+        curved = np.linspace(self.speed.low, self.speed.high, n)
+        return np.asarray(_SPEED_SCALE * self.size.speed * np.sinh(curved), dtype=np.float64)
+
 
 def element_bases(runs: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
     """Splines over what the runs visit."""
@@ -105,6 +110,9 @@ def group_columns(
     n_varying = len(_BY_DEFLECTION) * yields(size)[_COUPLED_YIELDS].size
     n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size
 
+    def branches(run: ForceRecord) -> FloatArray:
+        return relaxing_branches(run.x, bases.taus, run.step, from_rest=run.from_rest)
+
     def in_time(run: ForceRecord) -> FloatArray:
         splines = bases.time(run.step * np.arange(run.x.size, dtype=np.float64))
         rows = (run.x / size.half_range, run.v / size.speed, np.ones(run.x.size))
@@ -112,6 +120,16 @@ def group_columns(
 
     def side(run: ForceRecord) -> FloatArray:
         return bases.side(run.side) - side_line[0][:, None] - np.outer(side_line[1], run.side)
+
+    #: Dampings of three powers of the speed, each times splines of the place.
+    powers: dict[str, Callable[[FloatArray], FloatArray]] = {
+        "h": lambda v: v,
+        "dry_by_place": lambda v: step_at_rest(v, size).sum(axis=0),
+        "quadratic_by_place": lambda v: v * np.abs(v),
+    }
+
+    def damping(run: ForceRecord, power: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        return bases.coupled(run.x) * power(run.v)
 
     # The same penalty for deflection, speed and constant.
     three_times: FloatArray = np.kron(np.eye(3), difference_penalty(bases.time.n, 1)).astype(
@@ -135,9 +153,12 @@ def group_columns(
             np.zeros((n_plain + n_varying + n_curved,) * 2),
             is_nonnegative=True,
         ),
-        GroupColumns("prony", partial(_branches, bases), np.zeros((_N_PRONY,) * 2), True),
+        GroupColumns("prony", branches, np.zeros((_N_PRONY,) * 2), True),
         GroupColumns("delay", lambda run: change_by_delay(run)[None], np.zeros((1, 1))),
-        *_by_deflection(bases),
+        *(
+            GroupColumns(name, partial(damping, power=power), difference_penalty(_N_COUPLED, 2))
+            for name, power in powers.items()
+        ),
         GroupColumns(
             "surface",
             lambda run: surface_products(bases, run.x, run.v),
@@ -145,24 +166,6 @@ def group_columns(
         ),
         GroupColumns("time", in_time, three_times),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
-    )
-
-
-def _by_deflection(bases: ElementBases) -> tuple[GroupColumns[ForceRecord], ...]:
-    """Dampings of three powers of the speed, each times splines of the place."""
-    size = bases.size
-    powers: dict[str, Callable[[FloatArray], FloatArray]] = {
-        "h": lambda v: v,
-        "dry_by_place": lambda v: step_at_rest(v, size).sum(axis=0),
-        "quadratic_by_place": lambda v: v * np.abs(v),
-    }
-
-    def along(run: ForceRecord, power: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        return bases.coupled(run.x) * power(run.v)
-
-    penalty = difference_penalty(_N_COUPLED, 2)
-    return tuple(
-        GroupColumns(name, partial(along, power=power), penalty) for name, power in powers.items()
     )
 
 
@@ -177,11 +180,6 @@ def surface_products(bases: ElementBases, x: FloatArray, v: FloatArray) -> Float
     along_x = bases.surface_x(x)
     along_v = np.concatenate([bases.surface_v(v / bases.size.speed), step_at_rest(v, bases.size)])
     return (along_x[:, None] * along_v[None]).reshape(-1, x.size)
-
-
-def _branches(bases: ElementBases, run: ForceRecord) -> FloatArray:
-    """Relaxing branches along a run, shape (n_taus, n)."""
-    return relaxing_branches(run.x, bases.taus, run.step, from_rest=run.from_rest)
 
 
 def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -> FloatArray:

@@ -27,16 +27,9 @@ _WEIGHTS = np.array([1.0, 0.5, 2.0, 2.0])
 
 
 def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementRecord:
-    """Record with the start under which the linear element follows its first samples best.
+    """Driven record with the start under which the linear element follows its beginning best.
 
     The measured one, rest, or that of a polynomial through the first samples.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Model with its scale.
-    record : ElementRecord
-        Run under a force or a moving base.
     """
     if record.in_steady_state:
         return record

@@ -127,13 +127,25 @@ def force_records(
         block = _blocks(record, n_blocks, _in_band(model, record))
         if block.max(initial=-1) >= 0:
             runs.append(_force_record(model, record, block))
-    return tuple(runs) if model.by_force else _with_predicted_forces(model, runs)
+    if model.by_force or not runs:
+        return tuple(runs)
+    # The drive side is the force that the baseline predicts for a driven deflection. At one
+    # frequency mass and spring are one unknown: least squares over all runs.
+    design = np.concatenate([run.base[:, run.counts] for run in runs], axis=1)
+    c = design_solution(design.T, np.concatenate([run.target[run.counts] for run in runs]))
+    mass = model.mass or 0.0
+    return tuple(replace(run, side=mass * run.a + c @ run.base) for run in runs)
 
 
 def _force_record(model: ElementModel, record: ElementRecord, block: np.ndarray) -> ForceRecord:
     """Run in force space with its blocks."""
     nearest, speed_error = nearest_motion(model, record)
-    band = _band(model, record)
+    band = record.flat_hz
+    if not (model.by_force or record.gap is not None):
+        lines, resolution = participation(record)
+        # Where the motion is narrow the force is compared in all of its band.
+        if lines * resolution < _NARROW * band:
+            band = _WIDEST * 0.5 / record.step
     run, nearest, noise_motion = with_harmonics(model, record, nearest)
     q, v, a = run.motion
     side = run.drive
@@ -170,29 +182,6 @@ def with_noise_of_motion(run: ForceRecord) -> ForceRecord:
     m, C1, K1 = run.weight.element
     x, v, a = run.noise_motion
     return replace(run, target=run.target - (m * a + C1 * v + K1 * x))
-
-
-def _with_predicted_forces(
-    model: ElementModel, runs: Sequence[ForceRecord]
-) -> tuple[ForceRecord, ...]:
-    """Runs whose drive side is the force that the baseline predicts for a driven deflection."""
-    if not runs:
-        return ()
-    design = np.concatenate([run.base[:, run.counts] for run in runs], axis=1)
-    target = np.concatenate([run.target[run.counts] for run in runs])
-    # At one frequency mass and spring are one unknown: least squares over all runs.
-    c = design_solution(design.T, target)
-    mass = model.mass or 0.0
-    return tuple(replace(run, side=mass * run.a + c @ run.base) for run in runs)
-
-
-def _band(model: ElementModel, record: ElementRecord) -> float:
-    """End of the band of the force: the motion's, or all of it where the motion is narrow."""
-    if model.by_force or record.gap is not None:
-        return record.flat_hz
-    lines, resolution = participation(record)
-    is_narrow = lines * resolution < _NARROW * record.flat_hz
-    return _WIDEST * 0.5 / record.step if is_narrow else record.flat_hz
 
 
 def _in_band(model: ElementModel, record: ElementRecord) -> np.ndarray:

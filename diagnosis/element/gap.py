@@ -41,6 +41,7 @@ from carrierflex.diagnosis.gap.findings import (
     PartGrowth,
     Scalar,
     exponents,
+    undetermined,
 )
 from carrierflex.diagnosis.gap.gap_map import (
     N_DRAWS,
@@ -102,6 +103,7 @@ class _BlockForces:
     residual: FloatArray
     noise: FloatArray
     low_deflection: float
+    n_low: int  # Blocks of low amplitude, to which the baseline is fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +152,11 @@ class ElementGap:
         rows = significant_non_synchronous(scattered)
         blocks = _block_forces(self.model, self.records)
         exponent = _growth_exponent(blocks)
-        conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
+        # With speed at equal deflection, where the blocks tell the two apart.
+        is_clear = blocks.residual > _CLEAR * blocks.noise
+        size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))[is_clear]
+        motion = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
+        of_speed = exponents(size, blocks.noise[is_clear], motion)[SPEED]
         return GapFindings(
             where=_where(self.cells, "deflection" if self.model.by_force else "force", exponent),
             numbered_by=LINES,
@@ -158,7 +164,9 @@ class ElementGap:
             drifts=significant_drifts(trends),
             non_synchronous=rows,
             repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "period"),
-            growth=(PartGrowth(self.channel, float("nan"), "", conditions),),
+            growth=(
+                PartGrowth(self.channel, float("nan"), "", {DEFLECTION: exponent, SPEED: of_speed}),
+            ),
             parity=_parity(self.cells, self.records),
         )
 
@@ -172,7 +180,7 @@ class ElementGap:
                 measured.append(record.response[is_inside])
                 predicted.append(record.response[is_inside] - residual[is_inside])
         scalars = []
-        for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
+        for name, size in (("peak to peak", np.ptp), ("RMS", lambda x: np.sqrt(np.mean(x**2)))):
             sizes = np.array([float(size(values)) for values in measured])
             predicted_sizes = np.array([float(size(values)) for values in predicted])
             scalars.append(Scalar(name, self.unit, sizes, predicted_sizes))
@@ -215,10 +223,6 @@ def _parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
     if share >= _PURE:
         return ODD
     return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
@@ -280,14 +284,6 @@ def _scatter(
     return [table]
 
 
-def _speed_exponent(blocks: _BlockForces) -> Exponent:
-    """Exponent with speed at equal deflection, where the blocks tell the two apart."""
-    is_clear = blocks.residual > _CLEAR * blocks.noise
-    size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))
-    conditions = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
-    return exponents(size[is_clear], blocks.noise[is_clear], conditions)[SPEED]
-
-
 def _growth_exponent(blocks: _BlockForces) -> Exponent:
     """Exponent p of ``unexplained force ~ deflection^p`` over the blocks.
 
@@ -298,9 +294,9 @@ def _growth_exponent(blocks: _BlockForces) -> Exponent:
     has grown since. c, s, p and f are fitted to log r.
     """
     if np.count_nonzero(blocks.residual > _CLEAR * blocks.noise) < _FEWEST_POINTS:
-        return _undetermined(blocks, "no unexplained force is above the noise")
+        return undetermined(len(blocks.residual), "no unexplained force is above the noise")
     if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
-        return _undetermined(blocks, "deflection does not vary")
+        return undetermined(len(blocks.residual), "deflection does not vary")
     return _fitted(blocks)
 
 
@@ -313,7 +309,8 @@ def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _Blo
     force = [record.where_flat(known_force(model, record)) for record in records]
     deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
     speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
-    low = np.argsort(deflection)[: _n_low(len(blocks))]
+    n_low = max(2, round(_LOW_AMPLITUDE * len(blocks)))
+    low = np.argsort(deflection)[:n_low]
     design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
     target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
     law = design_solution(design.T, target)
@@ -325,12 +322,8 @@ def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _Blo
         residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
         noise=np.array([floor[r] for r, _ in blocks]),
         low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
+        n_low=n_low,
     )
-
-
-def _n_low(n_blocks: int) -> int:
-    """Number of low-amplitude blocks."""
-    return max(2, round(_LOW_AMPLITUDE * n_blocks))
 
 
 def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray) -> float:
@@ -353,8 +346,7 @@ def _fitted(blocks: _BlockForces) -> Exponent:
     size = float(np.median(blocks.residual))
     noise = (blocks.noise / size) ** 2
     target = np.log(np.maximum(blocks.residual / size, 1e-12))
-    lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
-
+    lowest = (np.sort(blocks.residual)[: blocks.n_low].max() / size) ** 2
     highest_floor = max(lowest - float(noise.min()), 0.0)
 
     def squares(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -392,11 +384,6 @@ def _fitted(blocks: _BlockForces) -> Exponent:
     half = float(student_t(degrees).ppf(0.975)) * std
     p_value = float(2.0 * student_t(degrees).sf(abs(value) / std)) if std > 0.0 else 0.0
     return Exponent(value, (value - half, value + half), p_value, n)
-
-
-def _undetermined(blocks: _BlockForces, reason: str) -> Exponent:
-    nan = float("nan")
-    return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)
 
 
 def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:
@@ -519,13 +506,6 @@ def _effect_force(
     return model.signature(record, effect, parameters)
 
 
-def _chosen_points(x: FloatArray) -> NDArray[np.int64]:
-    """Every n-th sample, and those at both ends of x."""
-    by_size = np.argsort(x)
-    every = np.arange(0, x.size, -(-x.size // _MOST_POINTS))
-    return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
-
-
 def _picture(
     model: ElementModel,
     runs: Sequence[tuple[ElementRecord, FloatArray, FloatArray | None]],
@@ -540,12 +520,12 @@ def _picture(
         counts = record.counts
         x, shade = record.motion[against][counts], record.motion[1 - against][counts]
         counted = None if law is None else law[counts]
-        panels.append(
-            loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=_chosen_points(x))
-        )
-    named = set_name(effects)
+        # Every n-th sample, and those at both ends of x.
+        every, by_size = np.arange(0, x.size, -(-x.size // _MOST_POINTS)), np.argsort(x)
+        drawn = np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
+        panels.append(loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=drawn))
     law_text = (
-        f"Orange: the fitted law ({named}). "
+        f"Orange: the fitted law ({set_name(effects)}). "
         if effects
         else "No effect was accepted: no law is drawn. "
     )

@@ -15,8 +15,7 @@ from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.law_forces import ElementLaw
 from carrierflex.simulation.element.memory_kernels import forces_along
-from carrierflex.simulation.element.memory_laws import NO_PARTS, MemoryParts, flat_parts
-from carrierflex.simulation.force_laws import ForceLaw
+from carrierflex.simulation.element.memory_laws import NO_PARTS, flat_parts
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -95,14 +94,9 @@ class MotionSize:
 
 def classes_of(law: str, measured: Mapping[str, ElementLaw]) -> tuple[str, ...]:
     """Classes that hold a law; of a user's law f(q, v) and of a table those of any surface."""
-    if _has_memory(law, measured):
+    if law in measured and measured[law].effect_class not in TABULATED:
         return (measured[law].effect_class,)
     return CLASSES_OF_LAW.get(law, (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING, FORCE_SURFACE))
-
-
-def _has_memory(law: str, measured: Mapping[str, ElementLaw]) -> bool:
-    """Whether a law is a measured one with parts beside its table."""
-    return law in measured and measured[law].effect_class not in TABULATED
 
 
 def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSize) -> FloatArray:
@@ -110,13 +104,8 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
 
     Force for unit amplitude; by the sizes over all runs, shapes are the same in each.
     """
-    if _has_memory(law, model.measured):
-        memory = model.measured[law].memory
-        force = _memory_force(memory, run)
-        table = model.measured[law].force
-        if table is not None:
-            force = force + _force_along(table, run) + _friction(memory, run, size)
-        return force[None, None]
+    if law in model.measured and model.measured[law].effect_class not in TABULATED:
+        return _measured_force(model.measured[law], run, size)[None, None]
     if law == "sensor_delay":
         sign = 1.0 if model.by_force else -1.0
         return sign * change_by_delay(run)[None, None]
@@ -131,14 +120,25 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
     return _user_law(model, run, law)
 
 
-def _memory_force(memory: MemoryParts, run: ForceRecord) -> FloatArray:
-    """Force of a law's branches and stops along a run, begun as the class's columns are."""
-    flat = flat_parts(replace(memory, levels=NO_PARTS.levels))
-    if not flat.size:
-        return np.zeros(run.x.size)
-    if not run.from_rest:
-        forces_along(np.ascontiguousarray(run.x[::-1]), run.step, flat)
-    return np.asarray(forces_along(np.ascontiguousarray(run.x), run.step, flat))
+def _measured_force(law: ElementLaw, run: ForceRecord, size: MotionSize) -> FloatArray:
+    """Force of a measured law with a memory along a run, begun as the class's columns are."""
+    x, force = np.ascontiguousarray(run.x), np.zeros(run.x.size)
+    flat = flat_parts(replace(law.memory, levels=NO_PARTS.levels))
+    if flat.size:
+        if not run.from_rest:
+            forces_along(np.ascontiguousarray(x[::-1]), run.step, flat)
+        force += forces_along(x, run.step, flat)
+    if law.force is not None:
+        # The kernel of the displacement drive, with no element but this law.
+        still, v = np.zeros(x.size), np.ascontiguousarray(run.v)
+        table, none = law.force, np.empty(0)
+        force += restoring_force(
+            x, v, still, element_values({}), np.ones(2), table.force, no_law, table.parameters, none
+        )
+        if law.memory.levels.size:
+            nodes, levels = law.memory.levels.T
+            force += np.interp(x, nodes, levels) * _sign(run.v, size)
+    return force
 
 
 def _shapes_of(law: str, size: MotionSize) -> FloatArray:
@@ -202,33 +202,6 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
     return None
 
 
-def _friction(memory: MemoryParts, run: ForceRecord, size: MotionSize) -> FloatArray:
-    """Dry friction of a surface along the motion of a run, shape (n,)."""
-    if not memory.levels.size:
-        return np.zeros(run.x.size)
-    nodes, levels = memory.levels.T
-    return np.asarray(np.interp(run.x, nodes, levels) * _sign(run.v, size))
-
-
-def _force_along(law: ForceLaw, run: ForceRecord) -> FloatArray:
-    """Force of a law of size one along the motion of a run, shape (n,)."""
-    none = np.empty(0)
-    # The kernel of the displacement drive, with no element but this law.
-    return np.asarray(
-        restoring_force(
-            np.ascontiguousarray(run.x),
-            np.ascontiguousarray(run.v),
-            np.zeros(run.x.size),
-            element_values({}),
-            np.ones(2),
-            law.force,
-            no_law,
-            law.parameters,
-            none,
-        )
-    )
-
-
 def _user_law(model: ElementModel, run: ForceRecord, law: str) -> FloatArray:
     """Columns of a user's law at the scale of its shapes."""
     parameters = [p for p in model.parameters((law,)) if p.effect == law]
@@ -261,25 +234,15 @@ def parameter_shift(
     where the table does not hold the fitted force: a shape beyond those that it has, or that of a
     user's law. What its columns then miss would be taken for a discrepancy.
     """
-    if not _holds_shapes(size, parameters, theta):
-        return np.zeros(len(parameters))
+    for effect, values in values_by_effect(parameters, theta).items():
+        is_held = not any(p.shape for p in parameters if p.effect == effect)
+        if effect in _SHAPED:
+            shapes = _shapes_of(effect, size)
+            is_held = bool(shapes[0] <= _SHAPED[effect](values, 0.0)[1] <= shapes[-1])
+        if not is_held:
+            return np.zeros(len(parameters))
     derivatives = _force_derivatives(model, table, size, parameters, theta)
     return discrepancy_shift(table, derivatives, independent_samples=independent_samples)
-
-
-def _holds_shapes(size: MotionSize, parameters: Sequence[Parameter], theta: FloatArray) -> bool:
-    """Whether the shapes of all laws lie among those of the table."""
-    for effect, values in values_by_effect(parameters, theta).items():
-        shaped = _SHAPED.get(effect)
-        if shaped is None:
-            if any(p.shape for p in parameters if p.effect == effect):
-                return False
-            continue
-        shape = shaped(values, 0.0)[1]
-        shapes = _shapes_of(effect, size)
-        if not shapes[0] <= shape <= shapes[-1]:
-            return False
-    return True
 
 
 def _force_derivatives(
@@ -320,9 +283,8 @@ def _force(
     keys += [(column.effect, column.amplitude) for column in contained_columns(model)]
     for column, (effect, name) in zip(table.base, keys, strict=True):
         force[column] += values[effect][name]
-    laws = {law.id: law for of_class in table.laws.values() for law in of_class}
     for effect in values:
-        law = laws.get(effect)
+        law = table.library.get(effect)
         if law is None:
             continue
         if effect in _SHAPED:

@@ -1,7 +1,7 @@
 """Parameters of one element and the response they predict for a record."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -109,7 +109,25 @@ class ElementModel(ModelInTime):
             for name, powers, lower in base
         ]
         unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        return unknowns + [self._state(run, k) for run in self.states for k in (0, 1)]
+        of_states = zip(
+            STATE_NAMES,
+            ((0, 1, 0), (0, 1, -1)),
+            (self.scale.deflection, self.scale.speed),
+            strict=True,
+        )
+        states = [
+            Parameter(
+                name,
+                self.unit_of(powers),
+                -np.inf,
+                np.inf,
+                scale,
+                effect=BASELINE,
+                gain_std=self.gains.of(powers),
+            )
+            for name, powers, scale in of_states
+        ]
+        return unknowns + [replace(state, run=run) for run in self.states for state in states]
 
     def measurement(self, effect: str) -> Measurement | None:
         """The delay of the channel, or nothing of the measurement."""
@@ -120,21 +138,6 @@ class ElementModel(ModelInTime):
 
     def _gain_std(self, parameter: EffectParameter) -> float:
         return self.gains.of(parameter.powers) if parameter.powers else 0.0
-
-    def _state(self, run: str, k: int) -> Parameter:
-        """Deflection (0) or speed (1) at the first sample of a run."""
-        scale = (self.scale.deflection, self.scale.speed)[k]
-        powers = ((0, 1, 0), (0, 1, -1))[k]
-        return Parameter(
-            STATE_NAMES[k],
-            self.unit_of(powers),
-            -np.inf,
-            np.inf,
-            scale,
-            effect=BASELINE,
-            run=run,
-            gain_std=self.gains.of(powers),
-        )
 
     def unit_of(self, powers: tuple[int, int, int]) -> str:
         """Unit text of a parameter with these powers of force, length and time."""
@@ -152,11 +155,22 @@ class ElementModel(ModelInTime):
         `refined` multiplies the steps of integration.
         """
         values = self._values(effects, theta)
-        if self.by_force:
-            response = self._motion(record, values, refined)
-        else:
-            response = self._force(record, values.flat, *values.laws)
-        return _read_late(record, response, values.delay)
+        first, second = values.laws
+        if not self.by_force:
+            return _read_late(record, self._force(record, values.flat, first, second), values.delay)
+        substeps = self.substeps * refined
+        q, _ = driven_motion(
+            self._fine_drive(record, substeps),
+            self._start(record, values),
+            substeps,
+            values.flat,
+            np.array([record.step / substeps, np.abs(record.motion[0]).max()]),
+            first.force,
+            second.force,
+            first.parameters,
+            second.parameters,
+        )
+        return _read_late(record, q[q.size - record.drive.size :], values.delay)
 
     def predicted_together(
         self,
@@ -213,26 +227,6 @@ class ElementModel(ModelInTime):
             deflections[:, first:last] = q[:, : len(motions)].T
         return deflections
 
-    def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
-        """Deflection under the record's force, shape (n,)."""
-        substeps = self.substeps * refined
-        fine = self._fine_drive(record, substeps)
-        start = self._start(record, values)
-        limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
-        first, second = values.laws
-        q, _ = driven_motion(
-            fine,
-            start,
-            substeps,
-            values.flat,
-            limits,
-            first.force,
-            second.force,
-            first.parameters,
-            second.parameters,
-        )
-        return q[q.size - record.drive.size :]
-
     def _fine_drive(self, record: ElementRecord, substeps: int) -> FloatArray:
         """Drive between the samples, before a steady state with the periods run in.
 
@@ -282,8 +276,8 @@ class ElementModel(ModelInTime):
                 law = self.measured[effect].of_size(float(value))
                 if law is not None:
                     laws.append(law)
-                for name, level in self._friction_of(effect, float(value)).items():
-                    simulated[name] = simulated.get(name, 0.0) + level
+                for name, level in zip(_FRICTION, self.measured[effect].friction, strict=True):
+                    simulated[name] = simulated.get(name, 0.0) + float(value) * level
             elif effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
             elif is_delay(effect):
@@ -296,11 +290,6 @@ class ElementModel(ModelInTime):
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
         return _Values(_flat(simulated, sizes), delay, two_laws, states)
 
-    def _friction_of(self, effect: str, size: float) -> dict[str, float]:
-        """Dry friction of a measured law by name in the flat array."""
-        levels = self.measured[effect].friction
-        return {"F_plus": size * levels[0], "F_minus": size * levels[1]} if any(levels) else {}
-
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
     ) -> FloatArray:
@@ -312,7 +301,8 @@ class ElementModel(ModelInTime):
             size = next(iter(values.values()))
             sizes.append((self.measured[effect].memory, size))
             law = self.measured[effect].of_size(size)
-            simulated |= self._friction_of(effect, size)
+            plus, minus = self.measured[effect].friction
+            simulated = dict(zip(_FRICTION, (size * plus, size * minus), strict=True))
         elif effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
@@ -373,6 +363,8 @@ def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, flo
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
+#: Names of dry friction at positive and at negative speed in the flat array.
+_FRICTION = ("F_plus", "F_minus")
 
 
 def _read_late(record: ElementRecord, response: FloatArray, delay: float) -> FloatArray:

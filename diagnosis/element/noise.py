@@ -68,8 +68,12 @@ def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tupl
     )
     if channel.noise_std is not None:
         return np.maximum(channel.noise_std**2, least), True
-    repeated = [_scatter_over_periods(record) for record in records]
-    if all(value is not None for value in repeated):
+    repeated = []
+    for record in records:
+        values, counts = record.by_period(record.response), record.by_period(record.counts)
+        if values is not None and counts is not None and counts.all(axis=0).any():
+            repeated.append(values[:, counts.all(axis=0)].var(axis=0, ddof=1).mean())
+    if len(repeated) == len(records):
         return np.maximum(np.array(repeated, dtype=np.float64), least), True
     return np.maximum([_plateau(record) for record in records], least), False
 
@@ -83,14 +87,6 @@ def scatter_is_noise(records: Sequence[ElementRecord]) -> bool:
     plateau = float(np.mean([_plateau(record) for record in records]))
     variance = float(np.mean([record.noise for record in records]))
     return variance <= Thresholds().most_coloured * plateau
-
-
-def _scatter_over_periods(record: ElementRecord) -> float | None:
-    values = record.by_period(record.response)
-    counts = record.by_period(record.counts)
-    if values is None or counts is None or not counts.all(axis=0).any():
-        return None
-    return float(values[:, counts.all(axis=0)].var(axis=0, ddof=1).mean())
 
 
 def _plateau(record: ElementRecord) -> float:

@@ -32,7 +32,6 @@ from carrierflex.diagnosis.element.noise import (
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
     element_records,
-    measured_states,
     prepared_record,
     refuse_mixed_units,
     run_in_use,
@@ -183,7 +182,12 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             for factor in _AMPLITUDES
         ]
         unit = model.units[0 if model.by_force else 1]
-        for frequency in _trial_frequencies_hz(model):
+        scale = model.scale
+        # About the natural frequency, or the mean frequency of the motion.
+        is_resonant = scale.m > 0.0 and scale.K1 > 0.0
+        omega = np.sqrt(scale.K1 / scale.m) if is_resonant else scale.speed / scale.deflection
+        for factor_of_frequency in _FREQUENCIES:
+            frequency = float(factor_of_frequency * omega / (2.0 * np.pi))
             step = min(largest.step, 1.0 / (40.0 * frequency))
             time = step * np.arange(min(_SAMPLES, int(_CYCLES / (frequency * step))))
             for factor in (0.5, 1.0, 2.0):
@@ -345,7 +349,11 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
     channel = campaign.channels[0]
     refuse_mixed_units(campaign)
     per_mass = drive in PER_MASS and mass is None
-    units = _units(campaign, per_mass=per_mass)
+    if drive in PER_MASS:
+        units = (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
+    else:
+        input_unit = next(iter(campaign.input_units.values()))
+        units = (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
     added = law_cards(measured_laws, units)
     cards, laws = force_library(ELEMENT, (*ELEMENT_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
@@ -360,7 +368,11 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         substeps=1,
         laws=laws,
         known=known_physics(campaign),
-        states=measured_states(records) if drive == FREE_DECAY else {},
+        states=(
+            {record.name: record.measured_start for record in records}
+            if drive == FREE_DECAY
+            else {}
+        ),
         per_mass=per_mass,
         gains=declared_gains(campaign),
         measured={law.name: element_law(law) for law in measured_laws},
@@ -382,15 +394,6 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         noise_is_declared=channel.noise_std is not None,
         scatter_note="" if is_noise else _NO_NOISE,
     )
-
-
-def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
-    """Units of force and deflection."""
-    channel, drive = campaign.channels[0], campaign.rig["drive"]
-    if drive in PER_MASS:
-        return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
-    input_unit = next(iter(campaign.input_units.values()))
-    return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
 
 
 def _with_noise(
@@ -417,14 +420,6 @@ def _with_believable_noise(problem: ElementProblem) -> ElementProblem:
     return replace(problem, records=_with_noise(problem.records, raised), noise_note=_FLOOR_NOTE)
 
 
-def _trial_frequencies_hz(model: ElementModel) -> list[float]:
-    """Frequencies about the natural one, or about the mean frequency of the motion."""
-    scale = model.scale
-    is_resonant = scale.m > 0.0 and scale.K1 > 0.0
-    omega = np.sqrt(scale.K1 / scale.m) if is_resonant else scale.speed / scale.deflection
-    return [float(factor * omega / (2.0 * np.pi)) for factor in _FREQUENCIES]
-
-
 def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
     """ComparisonProblem whose baseline is the prediction in the run files.
 
@@ -437,7 +432,7 @@ def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> Elem
     runs = [run_in_use(run) for run in campaign.runs]
     predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in runs]
     simulated = tuple(
-        record.with_response(response) if by_force else record.with_force(response)
+        record.with_response(response) if by_force else replace(record, response=response, gap=None)
         for record, response in zip(problem.records, predicted, strict=True)
     )
     # What the prediction contains already is no candidate.

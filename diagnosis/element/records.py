@@ -148,10 +148,6 @@ class ElementRecord:
             base=None if self.base is None else self.base[:n],
         )
 
-    def with_force(self, response: FloatArray) -> "ElementRecord":
-        """Copy that measured another force under the same motion."""
-        return replace(self, response=response, gap=None)
-
 
 def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
     """Every run of an element campaign, prepared; refused where a signal is missing or constant."""
@@ -228,16 +224,12 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
         in_steady_state=bool(period) and settle == 0,
         n_blocks=n_blocks,
     )
-    return replace(record, drive_noise=_drive_noise(campaign, run))
-
-
-def _drive_noise(campaign: Campaign, run: Run) -> float:
-    """Variance of the noise of a measured force or deflection; none of a base or a release."""
-    if campaign.rig["drive"] in PER_MASS:
-        return 0.0
+    if rig["drive"] in PER_MASS:
+        return record
+    # The input is a measured force or deflection; a base or a release has no noise.
     name = next(iter(campaign.contract.inputs))
     declared = campaign.input_of(name).noise_std or 0.0
-    return max(declared**2, noise_of_steps(run.inputs[name]))
+    return replace(record, drive_noise=max(declared**2, noise_of_steps(run.inputs[name])))
 
 
 def noise_of_steps(values: FloatArray) -> float:
@@ -273,10 +265,12 @@ def prepared_record(
     spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
     longest = max(spans, key=lambda span: span.stop - span.start)
     is_released = not force.any()
+    pieces = [deflection[longest]]
     if is_released:
-        trusted = _released_frequency(deflection[longest], step)
-    else:
-        trusted = trusted_frequency(deflection[longest], step)
+        # A decay is clear of its noise in the largest of its stretches.
+        n = max(1, min(_RELEASED_STRETCHES, pieces[0].size // _FEWEST_IN_STRETCH))
+        pieces = np.array_split(pieces[0], n)
+    trusted = trusted_frequency(max(pieces, key=np.std), step, is_slow=is_released)
     cutoff = band_end(trusted, step)
     if not (by_force and period):
         edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (trusted * step)
@@ -307,13 +301,6 @@ def _spans(known: NDArray[np.bool_]) -> list[slice]:
     """Stretches of samples that are known, in order."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
     return [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
-
-
-def _released_frequency(deflection: FloatArray, step: float) -> float:
-    """Frequency [Hz] up to which a decay is clear of its noise in the largest of its stretches."""
-    n = max(1, min(_RELEASED_STRETCHES, deflection.size // _FEWEST_IN_STRETCH))
-    stretches = np.array_split(deflection, n)
-    return trusted_frequency(max(stretches, key=np.std), step, is_slow=True)
 
 
 def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:
@@ -348,11 +335,6 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
     block = np.full(counts.size, -1)
     block[counted] = number
     return block, present.size
-
-
-def measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
-    """Deflection and speed at the first sample of every run."""
-    return {record.name: record.measured_start for record in records}
 
 
 def refuse_mixed_units(campaign: Campaign) -> None:

@@ -19,7 +19,6 @@ from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
     Effects,
     FloatArray,
-    Parameter,
     Signatures,
     bounds_of,
     shape_starts,
@@ -126,29 +125,21 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
     """Measured force less that of a given mass, in the usable band, shape (n,).
 
-    With another simulator's prediction it is the force that the prediction lacks.
+    With another simulator's prediction it is the force that the prediction lacks and that would
+    close the gap: the gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
     """
     if record.gap is not None:
-        return _lacking_force(model, record, record.gap)
+        e, rate, turn = (
+            band_limited(record.gap, record.step, record.cutoff_hz, derivative=order)
+            for order in (0, 1, 2)
+        )
+        if not model.by_force:
+            return e
+        m, K1, C1 = (model.mass, *model.fixed)[:3] if model.mass is not None else model.fixed[:3]
+        return -(m * turn + C1 * rate + K1 * e)
     force = record.drive if model.by_force else record.response
     inertia = (model.mass or 0.0) * record.motion[2]
     return band_limited(force, record.step, record.cutoff_hz) - inertia
-
-
-def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) -> FloatArray:
-    """Force that would close the gap.
-
-    The gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
-    """
-    e, e_1, e_2 = (
-        band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2)
-    )
-    if not model.by_force:
-        return e
-    first = 0 if model.mass is not None else 1
-    K1, C1 = model.fixed[first : first + 2]
-    m = model.mass if model.mass is not None else model.fixed[0]
-    return -(m * e_2 + C1 * e_1 + K1 * e)
 
 
 def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:
@@ -181,7 +172,14 @@ def element_starts(
         for run, state in model.states.items()
         for name, value in zip(STATE_NAMES, state, strict=True)
     }
-    warm = [_warm_value(parameter, known, solutions[0] | states) for parameter in parameters]
+    # What is known; of the rest the best solution, new effects off.
+    guess = solutions[0] | states
+    warm = []
+    for p in parameters:
+        is_on = p.effect == BASELINE or p.shape
+        off = p.scale if is_on else 0.0
+        value = off if known and not is_on else guess.get(parameter_key(p), off)
+        warm.append(known.get(parameter_key(p), value))
     solutions = [{**states, **solution} for solution in solutions]
     sources: list[_Values] = [{}]
     if known:
@@ -194,25 +192,15 @@ def element_starts(
         names = ("m", "K1", "C1", "f0")
         sources.append({(BASELINE, name): getattr(model.scale, name) for name in names})
     starts = [
-        [({**solution, **source}).get(parameter_key(p), _off(p)) for p in parameters]
+        [
+            (solution | dict(source)).get(parameter_key(p), p.scale if p.shape else 0.0)
+            for p in parameters
+        ]
         for source in sources
         for solution in solutions
     ]
     bounds = bounds_of(parameters)
     return [np.clip(np.array(start), *bounds) for start in (warm, *starts)]
-
-
-def _warm_value(parameter: Parameter, known: _Values, solution: _Values) -> float:
-    key = parameter_key(parameter)
-    if key in known:
-        return known[key]
-    if parameter.effect == BASELINE or parameter.shape:
-        return solution.get(key, parameter.scale)
-    return 0.0 if known else solution.get(key, 0.0)
-
-
-def _off(parameter: Parameter) -> float:
-    return parameter.scale if parameter.shape else 0.0
 
 
 def _force_space_solutions(
@@ -235,30 +223,19 @@ def _force_space_solutions(
         chosen = [k for group in choice for k in group]
         rows = [*range(1, first), *(first + k for k in chosen)]
         chosen_columns = [columns[k] for k in chosen]
-        bounds = _amplitude_bounds(model, known, signatures.n_base, chosen_columns)
+        bounds = np.tile([-np.inf, np.inf], (len(rows), 1))
+        if not model.fixed:
+            # A start with a negative damping beside a friction that falls with speed is neither's.
+            bounds[1 + (model.mass is None), 0] = 0.0
+        for k, column in enumerate(chosen_columns, signatures.n_base):
+            bounds[k] = known.get((column.effect, column.amplitude), bounds[k])
         matrix, right = gram[np.ix_(rows, rows)], gram[rows, 0]
-        solution = bounded_solution(matrix, right, *bounds)
+        solution = bounded_solution(matrix, right, *bounds.T)
         square = gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
         base, amplitudes = solution[: first - 1], solution[first - 1 :]
         solutions.append((square, _values(model, base, chosen_columns, amplitudes)))
     solutions.sort(key=lambda pair: pair[0])
     return [values for _, values in solutions[:_MOST_STARTS]]
-
-
-def _amplitude_bounds(
-    model: ElementModel,
-    known: Mapping[tuple[str, str], tuple[float, float]],
-    n_base: int,
-    columns: Sequence[Column],
-) -> tuple[FloatArray, FloatArray]:
-    """Physical bounds of damping and, as far as `known`, of the amplitudes of columns."""
-    # A start with a negative damping beside a friction that falls with speed is neither's.
-    bounds = np.tile([-np.inf, np.inf], (n_base + len(columns), 1))
-    if not model.fixed:
-        bounds[1 + (model.mass is None), 0] = 0.0
-    for k, column in enumerate(columns, n_base):
-        bounds[k] = known.get((column.effect, column.amplitude), bounds[k])
-    return bounds[:, 0], bounds[:, 1]
 
 
 def _values(
@@ -297,7 +274,10 @@ def _linear_element(
     .. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), refined instrumental
        variable method.
     """
-    frequency = _typical_frequency(records)
+    q, v = (
+        np.concatenate([record.motion[k][record.block >= 0] for record in records]) for k in (0, 1)
+    )
+    frequency = float(v.std() / q.std())
     first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
     best, least = _refined(records, first, start, mass)
     if not np.isfinite(least):
@@ -373,13 +353,6 @@ def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> Elem
         C1=max(C1, 0.0),
         f0=f0,
     )
-
-
-def _typical_frequency(records: Sequence[ElementRecord]) -> float:
-    q, v = (
-        np.concatenate([record.motion[k][record.block >= 0] for record in records]) for k in (0, 1)
-    )
-    return float(v.std() / q.std())
 
 
 def _instrumental(

@@ -114,7 +114,7 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
     tied = {shape_of(name) for names in decision.ties for name in names} & set(LINEAR_MAPS)
     if not tied or not {shape_of(name) for name in decision.classes} & set(LINEAR_MAPS):
         return ""
-    body = table.body
+    body = table.motions[0].body
     stiffness = np.diag(body.K)[:N_FREE]
     static = body.free_output @ (body.G[:N_FREE] / stiffness[:, None])
     moved = np.zeros(len(_LOADS))

@@ -34,7 +34,7 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
 from carrierflex.diagnosis.mounting.model import KIND, MountingModel
-from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions, rigid_body
+from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.mounting.table import (
     CHANGE,
@@ -179,12 +179,9 @@ def beyond_visited(
     linear: FloatArray,
 ) -> tuple[CampaignWarning, ...]:
     """Warning where records leave the range in which a law was measured; empty where none does."""
-    body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
-    if not body.shows_motion:
+    motions = bushing_motions(model, records, linear)
+    if not motions:
         return ()
-    bare = replace(model, contained=())
-    predicted = [bare.predicted(record, (), linear, {}) for record in records]
-    motions = bushing_motions(body, records, predicted)
     tables = law.of(Table) or tuple(
         Table(BOTH, np.array(ends), np.zeros(2), RADIAL) for ends in law.visited.values()
     )

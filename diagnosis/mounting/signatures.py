@@ -20,7 +20,7 @@ from carrierflex.diagnosis.comparison.problem import (
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, MountingModel
+from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
@@ -28,8 +28,6 @@ from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
-#: Shapes of a user's law that start the search, over the scale of the card.
-_USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 Known = Mapping[tuple[str, str], float]
 #: Values by effect and name, and the channel of each effect of one sensor.
 Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
@@ -87,7 +85,7 @@ def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
     amplitudes = [parameter for parameter in parameters if not parameter.shape]
     shapes = [parameter for parameter in parameters if parameter.shape]
     columns = []
-    for share in _USER_SHARES if shapes else (1.0,):
+    for share in USER_SHARES if shapes else (1.0,):
         values = {p.name: float(np.clip(share * p.scale, p.lower, p.upper)) for p in shapes}
         for p in amplitudes:
             size = _SIZE * p.scale
