@@ -98,14 +98,14 @@ def element_bases(runs: Sequence[ForceRecord], size: MotionSize) -> ElementBases
 
 
 def group_columns(
-    bases: ElementBases, side_line: FloatArray
+    bases: ElementBases, runs: Sequence[ForceRecord]
 ) -> tuple[GroupColumns[ForceRecord], ...]:
-    """Every group of columns.
-
-    `side_line`, shape (2, n_side), is constant and slope of every spline of the drive side on the
-    drive, which are projected out.
-    """
+    """Every group of columns."""
     size = bases.size
+    # Straight line of every spline of the drive side on the drive, which is projected out.
+    drives = np.concatenate([run.side[run.counts] for run in runs])
+    design = np.array([np.ones(drives.size), drives])
+    side_line = np.linalg.lstsq(design.T, bases.side(drives).T, rcond=None)[0]
     n_plain = yields(size).size
     n_varying = len(_BY_DEFLECTION) * yields(size)[_COUPLED_YIELDS].size
     n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size

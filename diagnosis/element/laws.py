@@ -29,6 +29,8 @@ from carrierflex.simulation.laws import (
 DELAY = "delay"
 TIME_VARIATION = "time_variation"
 DRIVE_SIDE = "drive_side"
+#: Dry friction that turns over a length, which no effect of the library is.
+PRESLIDING = "dahl_friction"
 
 _STATIC = (RESTORING_FORCE, FORCE_SURFACE)
 _FRICTION = (DISSIPATION, FORCE_SURFACE)
@@ -47,6 +49,7 @@ CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
     "maxwell_branch": (MEMORY,),
     "sensor_delay": (DELAY,),
     "deflection_dependent_damping": (COUPLED_DAMPING, FORCE_SURFACE),
+    PRESLIDING: (DISSIPATION, HYSTERESIS),
 }
 #: Yield deflections, gaps and turning lengths over the half range; rise speeds over the RMS speed;
 #: relaxation times over the time scale of the motion.

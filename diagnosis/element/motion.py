@@ -18,6 +18,7 @@ from scipy.signal import detrend
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.noise import REACH
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import pass_gain, trusted_frequency, with_gain
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
@@ -32,8 +33,6 @@ _ONE_LINE = 10.0
 _CLEAR_OF_NOISE = 20.0
 #: Neighbouring lines over which the power of a motion is averaged.
 _SMOOTHED_LINES = 9
-#: Periods of the band's end by which records are continued before filtering.
-_REACH = 20.0
 _SMALLEST = np.finfo(float).tiny
 #: Harmonics that are sought at most, and the share of half the sampling frequency below which.
 _HARMONICS, _WIDEST = 12, 0.9
@@ -64,7 +63,7 @@ def with_all_lines(model: ElementModel, record: ElementRecord) -> ElementRecord:
     """
     if not model.by_force or record.is_released or record.gap is not None:
         return record
-    if _is_one_line(record):
+    if participation(record)[0] < _ONE_LINE:
         return record.within(record.cutoff_hz)
     trusted = trusted_frequency(record.response, record.step, above_plateau=_CLEAR_OF_NOISE)
     return record if trusted <= record.flat_hz else record.within(trusted)
@@ -105,7 +104,7 @@ def nearest_motion(
         """Gain of the derivative of an order."""
         return np.asarray(gain(frequency_hz) * (2j * np.pi * frequency_hz) ** order)
 
-    reach = int(_REACH / (record.cutoff_hz * step)) + 10
+    reach = int(REACH / (record.cutoff_hz * step)) + 10
     slope = (q[-1] - q[0]) / (q.size - 1)
     # The straight line between the ends is taken out before the transform and put back.
     trend = (slope * np.arange(q.size), slope / step * np.ones(q.size), np.zeros(q.size))
@@ -115,11 +114,6 @@ def nearest_motion(
     )
     error = variance * np.mean(gain(lines) * (2.0 * np.pi * lines) ** 2)
     return (x, v, a), float(np.sqrt(error))
-
-
-def _is_one_line(record: ElementRecord) -> bool:
-    """Whether one line of the spectrum holds the energy of a run's motion."""
-    return participation(record)[0] < _ONE_LINE
 
 
 def participation(record: ElementRecord) -> tuple[float, float]:
@@ -136,14 +130,6 @@ def speed_noise(record: ElementRecord) -> float:
     return float(np.sqrt(record.noise * inside) * 2.0 * np.pi * record.flat_hz)
 
 
-@dataclass(frozen=True, eq=False)
-class _SteadyMotion:
-    """Harmonics of a run."""
-
-    motion: Motion
-    inside: NDArray[np.bool_]
-
-
 def with_harmonics(
     model: ElementModel, record: ElementRecord, nearest: Motion
 ) -> tuple[ElementRecord, Motion, Motion | None]:
@@ -154,31 +140,26 @@ def with_harmonics(
     noise (a transient, a subharmonic) what stands clear of the noise is motion as well.
     """
     is_driven = model.by_force and not record.is_released and record.gap is None
-    steady = _steady_motion(record) if is_driven and _is_one_line(record) else None
+    steady = None
+    if is_driven and participation(record)[0] < _ONE_LINE:
+        steady = _steady_motion(record)
     if steady is None:
         return record, nearest, None
-    remainder = np.where(steady.inside, record.response - steady.motion[0], 0.0)
-    moved = _inside(steady, steady.motion, nearest)
+    harmonics, inside = steady
+    remainder = np.where(inside, record.response - harmonics[0], 0.0)
+    moved = np.where(inside, harmonics, nearest)
     if np.mean(remainder[record.block >= 0] ** 2) > _IS_NOISE * record.noise:
         rest = replace(record, response=remainder)
-        others, _ = nearest_motion(model, rest, clear=_OTHER_MOTION)
-        x, v, a = (value + other for value, other in zip(moved, others, strict=True))
-        moved = x, v, a
-    motion = _inside(steady, moved, record.motion)
-    x, v, a = (measured - value for measured, value in zip(record.motion, motion, strict=True))
-    return replace(record, motion=motion), moved, (x, v, a)
+        moved = moved + np.array(nearest_motion(model, rest, clear=_OTHER_MOTION)[0])
+    motion = np.where(inside, moved, record.motion)
+    return replace(record, motion=tuple(motion)), tuple(moved), tuple(record.motion - motion)
 
 
-def _inside(steady: _SteadyMotion, values: Motion, others: Motion) -> Motion:
-    """Values inside the span of the harmonics, others outside it."""
-    x, v, a = (
-        np.where(steady.inside, value, other) for value, other in zip(values, others, strict=True)
-    )
-    return x, v, a
+def _steady_motion(record: ElementRecord) -> tuple[FloatArray, NDArray[np.bool_]] | None:
+    """Harmonics of the line that drives a run, by least squares over the samples that count.
 
-
-def _steady_motion(record: ElementRecord) -> _SteadyMotion | None:
-    """Harmonics of the line that drives a run, by least squares over the samples that count."""
+    Their deflection, speed and acceleration, shape (3, n), and the samples in their span.
+    """
     counted = np.flatnonzero(record.block >= 0)
     span = slice(int(counted[0]), int(counted[-1]) + 1)
     omega = _frequency_of_line(record.drive[span], record.step)
@@ -202,7 +183,7 @@ def _steady_motion(record: ElementRecord) -> _SteadyMotion | None:
     clear[is_clear] = normal_solution(gram[np.ix_(is_clear, is_clear)], right[is_clear])
     inside = np.zeros(q.size, dtype=bool)
     inside[span] = True
-    return _SteadyMotion(basis.motion(q.size, clear), inside)
+    return basis.motion(q.size, clear), inside
 
 
 def _frequency_of_line(drive: FloatArray, step: float) -> float:
@@ -277,13 +258,13 @@ class _Basis:
             for samples in _pieces(counted)
         )
 
-    def motion(self, n: int, c: FloatArray) -> Motion:
-        """Deflection, speed and acceleration at n samples."""
+    def motion(self, n: int, c: FloatArray) -> FloatArray:
+        """Deflection, speed and acceleration at n samples, shape (3, n)."""
         values = np.empty((3, n))
         for samples in _pieces(np.arange(n)):
             for order in range(3):
                 values[order, samples] = c @ self.columns(samples, order)
-        return values[0], values[1], values[2]
+        return values
 
 
 def _pieces(samples: NDArray[np.int64]) -> list[NDArray[np.int64]]:

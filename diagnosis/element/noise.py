@@ -52,7 +52,7 @@ _FEWEST = 16
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
 #: Periods of the band's end by which records are continued before filtering.
-_REACH = 20.0
+REACH = 20.0
 
 
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
@@ -248,7 +248,7 @@ class NoiseWeight:
 
     def floor(self) -> float:
         """Mean square that the noise of channel and driven deflection leaves after the filter."""
-        frequency = np.linspace(0.0, 0.5 / self.step, 4097)
+        frequency = np.linspace(0.0, 0.5 / self.step, _FREQUENCIES)
         density = self.noise_square(frequency) * self.noise_gain(frequency) ** 2
         if self.carried is not None:
             density = density + self.carried.density(frequency)
@@ -256,7 +256,7 @@ class NoiseWeight:
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns through the filter, shape (n_columns, n)."""
-        reach = int(_REACH / (self.band_hz * self.step)) + 10
+        reach = int(REACH / (self.band_hz * self.step)) + 10
         rows = with_gain(columns, self.step, self._gain_once, reach=reach)
         n = columns.shape[-1]
         slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)

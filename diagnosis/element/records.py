@@ -262,7 +262,9 @@ def prepared_record(
     the windows that count, all of them by default.
     """
     deflection, force = (response, drive) if by_force else (drive, response)
-    spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
+    known = np.ones(counts.size, dtype=bool) if known is None else known
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    spans = [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
     longest = max(spans, key=lambda span: span.stop - span.start)
     is_released = not force.any()
     pieces = [deflection[longest]]
@@ -295,12 +297,6 @@ def prepared_record(
         in_steady_state=in_steady_state,
         base=base,
     )
-
-
-def _spans(known: NDArray[np.bool_]) -> list[slice]:
-    """Stretches of samples that are known, in order."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
-    return [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
 
 
 def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:

@@ -57,7 +57,7 @@ from carrierflex.diagnosis.element.table import ElementTable
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
-from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_terms
+from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, law_terms
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -116,19 +116,6 @@ class _Curve:
     rows: FloatArray
     labels: tuple[str, str]
     units: tuple[str, str]
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """Points of a surface and its columns there, shape (n_columns, n_x * n_v)."""
-
-    x: FloatArray
-    v: FloatArray
-    columns: FloatArray
-
-    def values(self, weights: FloatArray) -> FloatArray:
-        """Force at the points, shape (n_x, n_v)."""
-        return np.reshape(weights @ self.columns, (self.x.size, self.v.size))
 
 
 def measured_shape(
@@ -199,41 +186,29 @@ def _law(
     units: tuple[str, str],
 ) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
+    size = table.bases.size
     if name in TABULATED:
         terms: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
-            terms += _friction_parts(table.bases.size, shape.steps, weights)
+            # Dry friction whose steps at rest are those of the curve, its bristles as stops.
+            slips = np.maximum(weights[-size.presliding.size :], 0.0)
+            turning = min(float(slips.sum()), *shape.steps)
+            if turning > 0.0:
+                terms += _stops_of_friction(size, slips * turning / slips.sum())
+            plus, minus = (step - turning for step in shape.steps)
+            terms += [Friction(ELEMENT, plus, minus)] if plus or minus else []
         return Law("", ELEMENT, name, units, tuple(terms))
     if name not in WITH_MEMORY:
         return None
-    size = table.bases.size
-    rows = _rows_with_memory(table, name, weights)
-    return Law("", ELEMENT, name, units, law_terms(rows), {"deflection": (size.low, size.high)})
-
-
-def _friction_parts(
-    size: MotionSize, steps: tuple[float, float], weights: FloatArray
-) -> Sequence[LawTerm]:
-    """Dry friction whose steps at rest are those of the curve, its bristles as stops."""
-    slips = np.maximum(weights[-size.presliding.size :], 0.0)
-    turning = min(float(slips.sum()), *steps)
-    terms: list[LawTerm] = []
-    if turning > 0.0:
-        bristles = _stops_of_bristles(size.presliding, slips * turning / slips.sum())
-        terms += law_terms(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
-    plus, minus = (step - turning for step in steps)
-    return [*terms, Friction(ELEMENT, plus, minus)] if plus or minus else terms
-
-
-def _rows_with_memory(table: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
-    """Branches of a memory; stops and smooth loop of a hysteresis."""
     if name == MEMORY:
         rows = np.column_stack([table.bases.taus, np.maximum(weights, 0.0)])
-        return replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
-    if table.loop is None:
-        return stops_of(weights, table.bases.size)
-    stops = stops_of(weights[:-1], table.bases.size).stops
-    return replace(NO_PARTS, stops=stops, loops=table.loop.row(weights[-1])[None])
+        parts = replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
+    elif table.loop is None:
+        parts = stops_of(weights, size)
+    else:
+        loops = table.loop.row(weights[-1])[None]
+        parts = replace(stops_of(weights[:-1], size), loops=loops)
+    return Law("", ELEMENT, name, units, law_terms(parts), {"deflection": (size.low, size.high)})
 
 
 def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
@@ -248,13 +223,11 @@ def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
             x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
         )
     if name == DISSIPATION:
-        curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
-        v = 0.1 * size.speed * np.sinh(curved)
-        sign = np.tanh(v / size.rest_speed)
+        v = bases.drawn_speeds(2 * POINTS)
         # A bristle that has turned holds its whole force against the motion.
-        turned = np.tile(sign, (size.presliding.size, 1))
-        steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-        rows = np.concatenate([bases.speed(curved), steps, turned])
+        turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
+        curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
+        rows = np.concatenate([bases.speed(curved), step_at_rest(v, size), turned])
         return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
@@ -322,45 +295,45 @@ def _surface_shape(
     """Force over the speed at two deflections, and the surface as a law without a name."""
     units = model.units
     force, length = units
+    units_along_v = (f"{length}/s", force)
     groups = scores.table.groups
     columns = np.concatenate([groups[name].columns for name in (*_SURFACE_GROUPS, _PRESLIDING)])
     draws, damping = _with_damping(model, scores, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
-    grid, size = _grid(bases), bases.size
-    law = _surface_law(grid, bases, smooth[0], slips[0], units)
+    size = bases.size
+    x, v = np.linspace(size.low, size.high, _POINTS), bases.drawn_speeds(2 * _POINTS)
+    at_x, at_v = (axis.ravel() for axis in np.meshgrid(x, v, indexing="ij"))
+    forces = np.reshape(smooth[0] @ _columns(bases, at_x, at_v), (x.size, v.size))
+    surface, levels = _without_steps(x, v, forces, size)
+    terms = _stops_of_friction(size, slips[0], np.column_stack([x, levels]))
+    law = Law("", ELEMENT, FORCE_SURFACE, units, (surface, *terms))
     deflections = [size.low + share * (size.high - size.low) for share in _DRAWN_AT]
     friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
-    at_rest = friction * np.tanh(grid.v / size.rest_speed)
-    along_v = [_columns(bases, np.full(grid.v.size, x), grid.v) for x in deflections]
-    damped = np.outer(damping, grid.v)
-    drawn = _forces_at_rest_out(grid.v, smooth @ np.array(along_v) + at_rest + damped, size)
-    curves = []
-    for x, values in zip(deflections, drawn, strict=True):
-        name = f"at {length_words(x, length)}"
-        curves.append(BesideCurve(name, grid.v, values[0], band_of(values[0], values[1:])))
-    lower, upper = curves
+    along_v = [_columns(bases, np.full(v.size, place), v) for place in deflections]
+    drawn = smooth @ np.array(along_v) + friction * np.tanh(v / size.rest_speed)
+    drawn += np.outer(damping, v)
+    ends = _edges_of_rest(v, size.rest_speed)
+    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in drawn]
+    drawn -= np.array(middles)[..., None]
+    lower, upper = (
+        BesideCurve(f"at {length_words(place, length)}", v, y[0], band_of(y[0], y[1:]))
+        for place, y in zip(deflections, drawn, strict=True)
+    )
     shape = MeasuredShape(
         lower.x,
         lower.y,
         lower.band,
         np.empty(0),
         ("speed", "force beyond that at rest"),
-        (f"{length}/s", force),
-        surface_words(lower, upper, (f"{length}/s", force)),
+        units_along_v,
+        surface_words(lower, upper, units_along_v),
         lower.y,
         (0.0, 0.0),
         beside=(upper,),
         name=lower.name,
     )
     return shape, law
-
-
-def _forces_at_rest_out(v: FloatArray, values: FloatArray, size: MotionSize) -> FloatArray:
-    """Curves over the speed, shape (n_curves, n_draws, n), without the force at rest."""
-    ends = _edges_of_rest(v, size.rest_speed)
-    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in values]
-    return np.asarray(values - np.array(middles)[..., None])
 
 
 def _edges_of_rest(v: FloatArray, rest_speed: float) -> FloatArray:
@@ -382,44 +355,35 @@ def _columns(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
     )
 
 
-def _grid(bases: ElementBases) -> _Grid:
-    """Points over what the runs visit, those of the speed dense beside rest."""
-    size = bases.size
-    x = np.linspace(size.low, size.high, _POINTS)
-    curved = np.linspace(bases.speed.low, bases.speed.high, 2 * _POINTS)
-    v = 0.1 * size.speed * np.sinh(curved)
-    at_x, at_v = (axis.ravel() for axis in np.meshgrid(x, v, indexing="ij"))
-    return _Grid(x, v, _columns(bases, at_x, at_v))
-
-
-def _surface_law(
-    grid: _Grid, bases: ElementBases, weights: FloatArray, slips: FloatArray, units: tuple[str, str]
-) -> Law:
-    """Surface without its steps at rest, dry friction beside it."""
-    size = bases.size
-    edges = _edges_of_rest(grid.v, size.rest_speed)
-    inner = (grid.v > edges[0]) & (grid.v < edges[1])
+def _without_steps(
+    x: FloatArray, v: FloatArray, forces: FloatArray, size: MotionSize
+) -> tuple[Surface, list[float]]:
+    """Surface of forces, shape (n_x, n_v), without its steps at rest, which are dry friction."""
+    edges = _edges_of_rest(v, size.rest_speed)
+    inner = (v > edges[0]) & (v < edges[1])
     rows, levels = [], []
-    for values in grid.values(weights):
+    for values in forces:
         # The step is read where the sign of the speed is certain, less what grows with the speed.
         # Half of it is dry friction; the middle of it is a force of the deflection.
-        slope = slope_beside_rest(grid.v, values)
-        lower, upper = np.interp(edges, grid.v, values - slope * grid.v)
+        lower, upper = np.interp(edges, v, values - slope_beside_rest(v, values) * v)
         level = max(0.5 * (upper - lower), 0.0)
-        row = values - level * np.sign(grid.v)
-        row[inner] = np.interp(grid.v[inner], edges, np.interp(edges, grid.v, row))
+        row = values - level * np.sign(v)
+        row[inner] = np.interp(v[inner], edges, np.interp(edges, v, row))
         rows.append(row)
         levels.append(level)
     y, middle = np.array(rows), rows[_POINTS // 2]
-    slope, constant = straight_part(grid.x, np.array([np.interp(0.0, grid.v, row) for row in y]))
-    damping = slope_beside_rest(grid.v, middle)
-    y -= slope * grid.x[:, None] + constant + damping * grid.v
+    slope, constant = straight_part(x, np.array([np.interp(0.0, v, row) for row in y]))
+    y -= slope * x[:, None] + constant + slope_beside_rest(v, middle) * v
+    return Surface(ELEMENT, x, v, y), levels
+
+
+def _stops_of_friction(
+    size: MotionSize, slips: FloatArray, levels: FloatArray = NO_PARTS.levels
+) -> Sequence[LawTerm]:
+    """Bristles of some forces at slip as stops, and dry friction over the deflection."""
     bristles = _stops_of_bristles(size.presliding, slips)
     turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
-    friction = np.column_stack([grid.x, levels])
-    terms = law_terms(replace(turning, levels=friction) if any(levels) else turning)
-    surface = Surface(ELEMENT, grid.x, grid.v, y)
-    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *terms))
+    return law_terms(replace(turning, levels=levels) if levels[:, 1:].any() else turning)
 
 
 def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:

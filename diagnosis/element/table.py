@@ -40,6 +40,7 @@ from carrierflex.diagnosis.element.force_records import (
 from carrierflex.diagnosis.element.laws import (
     DELAY,
     DRIVE_SIDE,
+    PRESLIDING,
     TIME_VARIATION,
     MotionSize,
     classes_of,
@@ -95,7 +96,6 @@ _BLURRED_SIGN = float(np.sqrt(0.5 * np.pi))
 _CLEAR = 3.0
 #: Passes of baseline and weight.
 _PASSES = 2
-PRESLIDING = "dahl_friction"
 #: Columns, and samples of all of them, that are filtered together; samples of a long run.
 _CHUNK, _CHUNK_SAMPLES, _LONG = 32, 2**20, 2**16
 #: RMS of the first quarter of a period of a drive that is switched on, over that of all of it: of a
@@ -166,7 +166,7 @@ def table_of(
 ) -> ElementTable:
     """Products of all columns along some runs, `more` groups beside those of all classes."""
     bases = runs.bases
-    groups = (*group_columns(bases, _side_line(bases, runs.records)), *more)
+    groups = (*group_columns(bases, runs.records), *more)
     products, laws = products_by_block(
         runs,
         lambda run, filtered: _columns_along(model, run, filtered, groups, bases.size),
@@ -226,13 +226,6 @@ def _weighted(model: ElementModel, runs: Sequence[ForceRecord]) -> tuple[ForceRe
     return tuple(map(with_noise_of_motion, weighted))
 
 
-def _side_line(bases: ElementBases, runs: Sequence[ForceRecord]) -> FloatArray:
-    """Straight line of every spline of the drive side on the drive, shape (2, n_side)."""
-    side = np.concatenate([run.side[run.counts] for run in runs])
-    design = np.array([np.ones(side.size), side])
-    return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
-
-
 def _gram_table(
     products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel
 ) -> GramTable:
@@ -252,7 +245,7 @@ def _gram_table(
         surface=FORCE_SURFACE,
         ceiling=ceiling,
         laws={
-            name: tuple(law for law in columns if name in _classes_of(law.id, model))
+            name: tuple(law for law in columns if name in classes_of(law.id, model.measured))
             for name in CLASS_GROUPS
         },
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
@@ -260,10 +253,6 @@ def _gram_table(
         products=_PRODUCT_GROUPS,
         one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
     )
-
-
-def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
-    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.measured)
 
 
 def _weighted_baseline(

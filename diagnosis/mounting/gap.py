@@ -248,14 +248,18 @@ class MountingGap:
     def _growth(self) -> tuple[PartGrowth, ...]:
         """Exponents of every motion's gap over the blocks, largest gap first."""
         names, matrix = self.patterns
-        blocks = [
-            _block_sizes(record, residual, matrix)
-            for record, residual in zip(self.records, self.residuals, strict=True)
-        ]
-        gap, deflection, speed, noise = (
-            np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
-        )
-        loads = np.concatenate([_block_loads(record) for record in self.records])
+        blocks = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
+            speed_of_run = np.gradient(motion, record.step, axis=0)
+            noise_of_run = np.sqrt(matrix**2 @ record.noise)
+            sizes = [
+                _block_rms(record, signals)
+                for signals in (residual @ matrix.T, motion, speed_of_run, record.inputs.loads)
+            ]
+            blocks.append([*sizes, np.broadcast_to(noise_of_run, sizes[0].shape)])
+        gap, deflection, speed, loads, noise = map(np.concatenate, zip(*blocks, strict=True))
+        radial_load = np.hypot(loads[:, 1], loads[:, 2])
         growths = []
         for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
             is_clear = gap[:, k] > _CLEAR * noise[:, k]
@@ -263,7 +267,7 @@ class MountingGap:
                 continue
             error = noise[is_clear, k]
             size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
-            of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
+            of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: radial_load[is_clear]}
             of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
             both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
             growths.append(PartGrowth(names[k], float("nan"), "housing", both))
@@ -299,10 +303,16 @@ def mounting_pictures(
     for record, (motion, gap, law) in zip(records, rows, strict=True):
         size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
         if size > largest.get(record.condition, (0.0,))[0]:
-            largest[record.condition] = (
-                size,
-                _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None),
+            drawn = slice(None, None, max(1, -(-len(motion) // _MOST_POINTS)))
+            panel = loop_panel(
+                record.name,
+                motion[:, k],
+                gap[:, k],
+                np.gradient(motion[:, k], record.step),
+                law=law[:, k] if effects else None,
+                drawn=drawn,
             )
+            largest[record.condition] = size, panel
     panels = [
         panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
     ]
@@ -336,15 +346,13 @@ def _followed_load(
         loads = [getattr(record.inputs, name) for record in records]
         rates = [np.gradient(load) for load in loads]
         for values, is_rate in ((loads, False), (rates, True)):
-            strength = _correlation(np.concatenate(values), gap)
+            load = np.concatenate(values)
+            size = float(load.std() * gap.std())
+            common = float(abs(np.mean((load - load.mean()) * (gap - gap.mean()))))
+            strength = common / size if size > 0.0 else 0.0
             candidates.append(FollowedLoad(name, is_rate, strength))
     best = max(candidates, key=lambda followed: followed.correlation)
     return best if best.correlation > _FOLLOWS else None
-
-
-def _correlation(a: FloatArray, b: FloatArray) -> float:
-    size = float(a.std() * b.std())
-    return float(abs(np.mean((a - a.mean()) * (b - b.mean())))) / size if size > 0.0 else 0.0
 
 
 def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
@@ -356,23 +364,6 @@ def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
     return bool((difference <= _SAME_LOADS**2 * size).all())
 
 
-def _block_sizes(
-    record: MountingRecord, residual: FloatArray, matrix: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """RMS of gap, deflection, speed and noise by block and motion, each (n_blocks, n_patterns)."""
-    motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
-    speed = np.gradient(motion, record.step, axis=0)
-    noise = np.broadcast_to(np.sqrt(matrix**2 @ record.noise), (record.n_blocks, len(matrix)))
-    gap = residual @ matrix.T
-    return _block_rms(record, gap), _block_rms(record, motion), _block_rms(record, speed), noise
-
-
-def _block_loads(record: MountingRecord) -> FloatArray:
-    """RMS of torque [N m] and of the radial load [N] by block, shape (n_blocks, 2)."""
-    torque, y, z = _block_rms(record, record.inputs.loads).T
-    return np.column_stack([torque, np.hypot(y, z)])
-
-
 def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
     """RMS of signals, shape (n, n_columns), by block, shape (n_blocks, n_columns)."""
     return np.array(
@@ -381,14 +372,6 @@ def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
             for block in range(record.n_blocks)
         ]
     )
-
-
-def _panel(
-    record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
-) -> Panel:
-    drawn = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
-    speed = np.gradient(motion, record.step)
-    return loop_panel(record.name, motion, gap, speed, law=law, drawn=drawn)
 
 
 def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from carrierflex.diagnosis.comparison.problem import (
     bounds_of,
 )
 from carrierflex.diagnosis.inference.effect_fit import Prior, SegmentCost, mean_square_of
-from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.answer import answer_of_table
 from carrierflex.diagnosis.mounting.gap import MountingGap, map_edges_hz, mounting_pictures
@@ -65,8 +65,6 @@ _TORQUE, _LOAD = 4.0e5, 2.0e5
 #: Share by which a load is larger where its answer is asked.
 _LARGER = 0.01
 _BLOCKS = 4
-#: Problem whose only record has the signals of a model; None where the model leaves its range.
-UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,17 +129,23 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
-        """Loads that were not applied."""
-        return mounting_experiments(self.records[0], self._under)
+        """Loads of the dynamometer that were not applied, with measured channels and noise."""
 
-    def _under(
-        self, record: MountingRecord, effects: Effects, theta: FloatArray
-    ) -> "MountingProblem | None":
-        """ComparisonProblem whose only record has the signals of a model."""
-        predicted = self.model.predicted(record, effects, theta, self.choice(effects))
-        if not np.isfinite(predicted).all():
-            return None
-        return replace(self, records=(replace(record, measured=predicted),))
+        def under(
+            blank: MountingRecord, effects: Effects, theta: FloatArray
+        ) -> MountingProblem | None:
+            """Problem whose only record has the signals of a model."""
+            predicted = self.model.predicted(blank, effects, theta, self.choice(effects))
+            if not np.isfinite(predicted).all():
+                return None
+            return replace(self, records=(replace(blank, measured=predicted),))
+
+        time, loads = trial_loads(_TORQUE, _LOAD, _SHARES)
+        blanks = {
+            text: blank_record(self.records[0], "trial", time, columns)
+            for text, columns in loads.items()
+        }
+        return [CandidateExperiment(text, partial(under, blank)) for text, blank in blanks.items()]
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What every declared error, and the zero of every run and channel, does to the gradient.
@@ -256,22 +260,15 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             return {}
         return {
             **{name: 0 for name in wanted},
-            **self._contained_choice,
+            **(self._contained_solutions[0][1] if self._contained_solutions else {}),
             **self._solutions(effects)[0][1],
         }
 
     @cached_property
     def _contained_solutions(self) -> list[Solution]:
         """Linear solutions of the contained effects by themselves, best first."""
-        if not self.model.contained:
-            return []
-        return replace(self, model=replace(self.model, contained=()))._solutions(
-            self.model.contained
-        )
-
-    @cached_property
-    def _contained_choice(self) -> Choice:
-        return self._contained_solutions[0][1] if self._contained_solutions else {}
+        contained = self.model.contained
+        return self._bare[0]._solutions(contained) if contained else []
 
     @cached_property
     def _bare(self) -> "tuple[MountingProblem, FloatArray]":
@@ -418,20 +415,3 @@ def blank_record(
         measured=np.zeros((time.size, record.measured.shape[1])),
         block=np.arange(time.size) * _BLOCKS // time.size,
     )
-
-
-def mounting_experiments(
-    record: MountingRecord, under: UnderLoads
-) -> tuple[CandidateExperiment, ...]:
-    """Feasible loads of the dynamometer, with the channels and the noise of a measured record."""
-    time, loads = trial_loads(_TORQUE, _LOAD, _SHARES)
-    return tuple(
-        CandidateExperiment(text, _builder(blank_record(record, "trial", time, columns), under))
-        for text, columns in loads.items()
-    )
-
-
-def _builder(
-    blank: MountingRecord, under: UnderLoads
-) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
-    return lambda effects, theta: under(blank, effects, theta)

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
@@ -124,7 +123,10 @@ def measured_shape(
     x, draws = reduced[first]
     band = band_of(draws[0], draws[1:])
     words = [_words(fit, x, draws, table.size.rest_speed, units), fit.words]
-    words += [_size_words(first, side, draws[0], reduced[side][1][0]) for side in others]
+    size = max(float(np.ptp(draws[0])), 1e-300)
+    for side in others:
+        share = 100.0 * float(np.ptp(reduced[side][1][0])) / size
+        words.append(f"{first} bushing; {side} bushing {share:.0f} % of it")
     elements, steps = _tables(table, fit, groups)
     shape = MeasuredShape(
         x,
@@ -136,7 +138,11 @@ def measured_shape(
         ", ".join(text for text in words if text),
         draws[0],
         steps,
-        tuple(_other_curve(side, *reduced[side]) for side in others),
+        tuple(
+            BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
+            for side, (x, draws) in reduced.items()
+            if side != first
+        ),
     )
     effect_class = fit.shape.rpartition("/")[2]
     if fit.shape in (HYSTERESIS, MEMORY):
@@ -153,13 +159,7 @@ def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None
 
 
 def law_cards(laws: Sequence[Law]) -> tuple[EffectCard, ...]:
-    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Laws.
-    """
+    """Effect cards of measured laws, whose one parameter is the size, over the measured one."""
     return tuple(
         EffectCard(
             law.name,
@@ -191,7 +191,10 @@ def beyond_visited(
     ]
     shares = np.array(
         [
-            [float(_is_outside(table, values).mean()) for values in of_table]
+            [
+                float(((values < table.x[0]) | (values > table.x[-1])).any(axis=0).mean())
+                for values in of_table
+            ]
             for table, of_table in zip(tables, reached, strict=True)
         ]
     )
@@ -222,10 +225,6 @@ class _Fit:
     #: Coefficients by side and way, (n_draws, n_columns): of all blocks first, then of every draw.
     drawn: Mapping[tuple[str, str], FloatArray]
     words: str
-
-
-def _other_curve(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
-    return BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
 
 
 def _words(
@@ -302,19 +301,15 @@ def _abscissa(table: MountingTable, fit: _Fit, side: str) -> FloatArray:
     if fit.shape == HYSTERESIS:
         turns = np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
         return np.asarray(table.size.deflection * turns)
-    return _range(table, fit.shape, fit.acts[0], side)
-
-
-def _range(table: MountingTable, shape: str, act: str, side: str) -> FloatArray:
-    """Visited range of one way of a force that is kept as a table."""
     u, v = table.counted(_BUSHINGS[side])
-    if shape == DISSIPATION:
+    is_radial = fit.acts[0] == RADIAL
+    if fit.shape == DISSIPATION:
         ends = np.array([v.min(), v.max()])
-        if act == RADIAL:
+        if is_radial:
             ends = np.array([0.0, np.hypot(v[0], v[1]).max()])
         low, high = table.size.curved_speed(ends).tolist()
         return table.size.straight_speed(np.linspace(low, high, 2 * POINTS))
-    if act == RADIAL:
+    if is_radial:
         return np.linspace(0.0, float(np.hypot(u[0], u[1]).max()), POINTS)
     return np.linspace(float(u.min()), float(u.max()), POINTS)
 
@@ -325,15 +320,12 @@ def _side_curve(
     """Abscissa of a bushing, and its force as all ways add up; shape (n_draws, n)."""
     x = _abscissa(table, fit, side)
     rows = [
-        fit.drawn[side, act] @ _along(table, fit.shape, groups[_group(fit.shape, act)], x)
+        fit.drawn[side, act]
+        @ _along(table, fit.shape, groups[FORCE_GROUPS[fit.shape][_ACTS.index(act)]], x)
         for act in fit.acts
     ]
     shown = slice(5 * POINTS, None) if fit.shape == HYSTERESIS else slice(None)
     return x[shown], np.sum(rows, axis=0)[:, shown]
-
-
-def _group(shape: str, act: str) -> str:
-    return FORCE_GROUPS[shape][_ACTS.index(act)]
 
 
 def _along(table: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -> FloatArray:
@@ -420,12 +412,6 @@ def _elements(table: MountingTable, fit: _Fit) -> tuple[LawTerm, ...]:
     return tuple(elements)
 
 
-def _size_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
-    """Size of the other bushing's curve beside that of the first."""
-    share = float(np.ptp(other)) / max(float(np.ptp(y)), 1e-300)
-    return f"{first} bushing; {side} bushing {share:.0%} of it".replace("%", " %")
-
-
 def _law_curve(
     table: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
@@ -454,13 +440,7 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 def _reached_by(table: Table, run: BushingMotion, *, along_speed: bool) -> FloatArray:
     """Deflection or speed of the bushings of a table, shape (m, n)."""
-    motion = run.v if along_speed else run.u
-    chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(table.acts_on, motion)
+    motion = (run.v if along_speed else run.u)[list(_BUSHINGS[table.acts_on])]
     if table.plane == RADIAL:
-        return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))
-    return chosen.reshape(-1, motion.shape[2])
-
-
-def _is_outside(table: Table, values: FloatArray) -> NDArray[np.bool_]:
-    """Whether a sample leaves a table, shape (n,)."""
-    return np.asarray(((values < table.x[0]) | (values > table.x[-1])).any(axis=0))
+        return np.asarray(np.hypot(motion[:, 0], motion[:, 1]))
+    return motion.reshape(-1, motion.shape[2])

@@ -157,10 +157,23 @@ def solutions(
     fits = []
     for chosen in product(*groups):
         numbers = [k for group in chosen for k in group]
+        owners = [columns[k] for k in numbers]
         square, values = _bounded_solution(
-            gram, [*range(1, first), *(first + k for k in numbers)], [columns[k] for k in numbers]
+            gram, [*range(1, first), *(first + k for k in numbers)], owners
         )
-        fits.append((square, _named([columns[k] for k in numbers], values, first - 1, known)))
+        named = {
+            (BASELINE, name): known[BASELINE, name] + float(values[k])
+            for k, name in enumerate(("K1", "C1"))
+        }
+        for column, value in zip(owners, values[first - 1 :].tolist(), strict=True):
+            named[column.effect, column.amplitude] = value
+            # A branch of the same time, a slider of the same yield deflection, at the fitted
+            # stiffness.
+            growth = abs(value) / column.size if column.shapes_follow else 1.0
+            for name, shape in column.shapes.items():
+                named[column.effect, name] = growth * shape
+        channel = {column.effect: column.channel for column in owners if column.channel >= 0}
+        fits.append((square, (named, channel)))
     fits.sort(key=lambda pair: pair[0])
     return [numbers for _, numbers in fits[:_MOST_STARTS]]
 
@@ -193,21 +206,6 @@ def _bounded_solution(
             values[active] = solution
             return float(gram[0, 0] - solution @ gram[used, 0]), values
         active = [k for k in active if k not in outside]
-
-
-def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Known) -> Solution:
-    named = {
-        (BASELINE, name): known[BASELINE, name] + float(values[k])
-        for k, name in enumerate(("K1", "C1"))
-    }
-    for column, value in zip(columns, values[n_base:], strict=True):
-        named[column.effect, column.amplitude] = float(value)
-        for name, shape in column.shapes.items():
-            # A branch of the same time, a slider of the same yield deflection, at the fitted
-            # stiffness.
-            growth = abs(float(value)) / column.size if column.shapes_follow else 1.0
-            named[column.effect, name] = growth * shape
-    return named, {column.effect: column.channel for column in columns if column.channel >= 0}
 
 
 def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:

@@ -79,13 +79,13 @@ def test_harmonics_are_known_to_the_noise_of_all_samples_together(hardening):
     _, _, q = settled(cubic, 8.0)
     steady = _steady_motion(record)
     counted = record.block >= 0
-    error = (steady.motion[0] - q)[counted]
+    error = (steady[0][0] - q)[counted]
     # Three harmonics and a constant are 19 coefficients of 1365 samples: 0.118 of the noise.
     assert error.std() < 0.14 * NOISE
-    assert_allclose(steady.motion[1][counted], np.gradient(q, STEP)[counted], atol=1.5e-3)
-    rate = np.gradient(steady.motion[1], STEP)[counted][1:-1]
-    size = np.abs(steady.motion[2][counted]).max()
-    assert_allclose(steady.motion[2][counted][1:-1], rate, atol=0.03 * size)
+    assert_allclose(steady[0][1][counted], np.gradient(q, STEP)[counted], atol=1.5e-3)
+    rate = np.gradient(steady[0][1], STEP)[counted][1:-1]
+    size = np.abs(steady[0][2][counted]).max()
+    assert_allclose(steady[0][2][counted][1:-1], rate, atol=0.03 * size)
 
 
 def test_no_harmonic_is_found_in_noise():
@@ -93,7 +93,7 @@ def test_no_harmonic_is_found_in_noise():
     for record in plain.records:
         steady = _steady_motion(record)
         counted = record.block >= 0
-        spectrum = np.abs(np.fft.rfft(steady.motion[0][counted] * np.hanning(counted.sum())))
+        spectrum = np.abs(np.fft.rfft(steady[0][0][counted] * np.hanning(counted.sum())))
         lines = np.fft.rfftfreq(int(counted.sum()), STEP)
         beyond = lines > 1.5 * OMEGA / (2.0 * np.pi)
         assert spectrum[beyond].max() < 1e-3 * spectrum.max()
