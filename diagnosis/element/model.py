@@ -6,7 +6,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.known_physics import EXACT_GAINS, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
@@ -82,7 +81,6 @@ class ElementModel(ModelInTime):
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     #: Whether forces are per mass: free decay or moving base without a given mass
     per_mass: bool = False
-    gains: DeclaredGains = EXACT_GAINS  # Errors of the gains of force and deflection
     #: Measured laws by effect; their one parameter is their size
     measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
@@ -135,9 +133,6 @@ class ElementModel(ModelInTime):
 
     def _unit(self, parameter: EffectParameter) -> str:
         return self.unit_of(parameter.powers) if parameter.powers else parameter.unit
-
-    def _gain_std(self, parameter: EffectParameter) -> float:
-        return self.gains.of(parameter.powers) if parameter.powers else 0.0
 
     def unit_of(self, powers: tuple[int, int, int]) -> str:
         """Unit text of a parameter with these powers of force, length and time."""

@@ -89,7 +89,6 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     """One element, its records and its library."""
 
     noise_is_measured: bool  # Whether it was declared or comes from repeats
-    channel: str  # Name of the channel
     #: Whether the campaign declares it, so that the scatter of repeats is compared with it
     noise_is_declared: bool = False
     #: What the records cannot say of their noise; empty where the floor is known
@@ -110,11 +109,6 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         return self.model.units[1 if self.model.by_force else 0]
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Name of the channel."""
-        return (self.channel,)
-
-    @property
     def gains(self) -> DeclaredGains:
         """Declared errors of the gains of force and deflection."""
         return self.model.gains
@@ -124,25 +118,11 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Ends of the bands of the score [Hz]."""
         return edges_of_bands_hz(self.records, _BANDS)
 
-    @property
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of the channel; its zero is not taken from the records."""
-        return [(np.array([record.noise]), np.zeros(1)) for record in self.records]
-
     def simulator(self, effects: Effects) -> Callable[[ElementRecord, FloatArray, int], FloatArray]:
         """Response that a parameter set predicts for a record."""
         return lambda record, theta, refined: self.model.predicted(
             record, effects, theta, refined=refined
         )
-
-    def predicted_together(
-        self,
-        effects: Effects,
-        runs: Sequence[tuple[ElementRecord, Sequence[FloatArray]]],
-        refined: int,
-    ) -> list[list[FloatArray]] | None:
-        """Responses to several parameter sets that are smooth; None under others."""
-        return self.model.predicted_together(effects, runs, refined)
 
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
@@ -157,7 +137,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             self.records,
             self.residuals(effects, theta),
             self.noise_is_declared,
-            self.channel,
+            self.model.channels[0],
             self.unit,
         )
 
@@ -364,6 +344,7 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
+        channels=(channel.name,),
         units=units,
         substeps=1,
         laws=laws,
@@ -390,7 +371,6 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         model,
         records,
         measured,
-        channel.name,
         noise_is_declared=channel.noise_std is not None,
         scatter_note="" if is_noise else _NO_NOISE,
     )

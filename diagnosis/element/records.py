@@ -64,7 +64,9 @@ class ElementRecord:
     base: FloatArray | None = None
     #: Variance of the noise of a measured force or deflection: declared, or of its steps
     drive_noise: float = 0.0
-    noise: float = 0.0  # Variance of the noise of the channel
+    #: noise, zero_noise: variance of the noise of the channel; its zero is not of the records
+    noise: float = 0.0
+    zero_noise: float = 0.0
     #: Deflection and speed at the first sample; None: those of `motion`
     start: tuple[float, float] | None = None
 

@@ -64,7 +64,7 @@ class ComparisonProblem(ABC):
     `cards` are the candidates by id; the effects the baseline already contains are always in and
     not among them. `cell_counts` and `noise_square`, shape (n_segments, n_cells), are the degrees
     of freedom of each cell of the score and the sum of squares that noise alone leaves there;
-    `unit` is the unit of the residual, `n_channels` how many signals it has.
+    `unit` is the unit of the residual.
     """
 
     @property
@@ -81,11 +81,6 @@ class ComparisonProblem(ABC):
     @abstractmethod
     def unit(self) -> str:
         """Unit of the residual."""
-
-    @property
-    @abstractmethod
-    def n_channels(self) -> int:
-        """Number of signals of the residual."""
 
     @property
     @abstractmethod

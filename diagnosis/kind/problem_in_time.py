@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
+from carrierflex.diagnosis.comparison.known_physics import (
+    EXACT_GAINS,
+    NOTHING_KNOWN,
+    DeclaredGains,
+    KnownPhysics,
+)
 from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -47,22 +52,21 @@ _THREADED = 2_000
 _TOGETHER = 32
 
 
-class _BlockedRecord(Protocol):
-    """Record of a run, cut into blocks: samples of block b, none of them where it is -1."""
+class _TimeRecord(Protocol):
+    """Record of evenly sampled signals: of one channel, shape (n,), or of several, shape (n, C).
+
+    It is cut into blocks, samples of none of them where that is -1. `noise` and `zero_noise` are
+    the variance of the noise of a sample and of the zero of the run, by channel.
+    """
 
     @property
     def name(self) -> str: ...
     @property
+    def condition(self) -> str: ...
+    @property
     def block(self) -> NDArray[Any]: ...
     @property
     def n_blocks(self) -> int: ...
-
-
-class _TimeRecord(_BlockedRecord, Protocol):
-    """Record of evenly sampled signals: of one channel, shape (n,), or of several, shape (n, C)."""
-
-    @property
-    def condition(self) -> str: ...
     @property
     def step(self) -> float: ...
     @property
@@ -71,6 +75,10 @@ class _TimeRecord(_BlockedRecord, Protocol):
     def measured(self) -> FloatArray: ...
     @property
     def is_measured(self) -> BoolArray: ...
+    @property
+    def noise(self) -> FloatArray | float: ...
+    @property
+    def zero_noise(self) -> FloatArray | float: ...
 
 
 class _Scale(Protocol):
@@ -88,9 +96,11 @@ class ModelInTime(ABC):
     cards: Mapping[str, EffectCard]  # Library
     laws: Mapping[str, Force]  # Users' compiled laws by effect
     contained: Effects  # Effects of the baseline
+    channels: tuple[str, ...]  # Names of the channels
     #: Values at which the parameters of the baseline are fixed; empty where they are fitted
     fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN  # Known values and declared errors of the channels
+    gains: DeclaredGains = EXACT_GAINS  # Errors of the gains of force and deflection
     measured: Mapping[str, object] = field(default_factory=dict)  # Laws of files by effect
 
     @abstractmethod
@@ -100,6 +110,12 @@ class ModelInTime(ABC):
     @abstractmethod
     def measurement(self, effect: str) -> Measurement | None:
         """Part of the measurement model that an effect is."""
+
+    def predicted_together(
+        self, effects: Effects, runs: Sequence[tuple[Any, Sequence[FloatArray]]], refined: int
+    ) -> list[list[FloatArray]] | None:
+        """Predictions of some records, each by some sets, in one pass; None where no pass does."""
+        return None
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of the baseline, then of every effect that it contains, then of the others."""
@@ -139,7 +155,7 @@ class ModelInTime(ABC):
             prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
             shape=parameter.shape,
             pair=parameter.pair,
-            gain_std=self._gain_std(parameter),
+            gain_std=self.gains.of(parameter.powers) if parameter.powers else 0.0,
         )
         unknown = self.known.sensor_prior(unknown, self.measurement(effect))
         return self.known.prior(unknown, parameter.name)
@@ -150,29 +166,25 @@ class ModelInTime(ABC):
     def _unit(self, parameter: EffectParameter) -> str:
         return parameter.unit
 
-    def _gain_std(self, parameter: EffectParameter) -> float:
-        return 0.0
 
-
-R = TypeVar("R", bound=_BlockedRecord)
 T = TypeVar("T", bound=_TimeRecord)
 M = TypeVar("M", bound=ModelInTime)
 
 
 @dataclass(frozen=True, eq=False)
-class DifferencedResiduals(Generic[R]):
+class DifferencedResiduals(Generic[T]):
     """Measured less predicted signals of all runs as a function of the parameters."""
 
-    records: Sequence[R]  # Runs
+    records: Sequence[T]  # Runs
     #: Residuals of some records, each at some parameter sets, shape (n,) or (n, n_channels); zero
     #: where nothing was measured, infinite where the motion diverges
-    residuals: Callable[[Sequence[tuple[R, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
+    residuals: Callable[[Sequence[tuple[T, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
     parameters: Sequence[Parameter]  # Unknowns, shape (p,)
     relative_step: float  # Step of the differences, relative to a parameter
 
     def chosen(
         self, theta: FloatArray, chosen: BoolArray
-    ) -> list[tuple[R, NDArray[np.int64], FloatArray]]:
+    ) -> list[tuple[T, NDArray[np.int64], FloatArray]]:
         """Runs with a chosen segment: record, indices of all its segments, its residual."""
         runs = _runs_with_segments(self.records, chosen)
         residuals = self.residuals([(record, [theta]) for record, _ in runs])
@@ -207,7 +219,7 @@ class DifferencedResiduals(Generic[R]):
         return SegmentSums(matrix, right, square)
 
     def slopes(
-        self, theta: FloatArray, records: Sequence[R]
+        self, theta: FloatArray, records: Sequence[T]
     ) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Residual and change of the prediction by every parameter, (p, ...), record by record.
 
@@ -232,19 +244,18 @@ class DifferencedResiduals(Generic[R]):
                         rows[k] /= step[k]
                 yield residual, rows
 
-    def _steps(self, theta: FloatArray, record: R) -> dict[int, FloatArray]:
+    def _steps(self, theta: FloatArray, record: T) -> dict[int, FloatArray]:
         """Differences of the parameters that a record has, by their number, shape (p,) each."""
-        moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
-        return {k: self._step(theta, k) * (np.arange(theta.size) == k) for k in moving}
+        steps = {}
+        for k, parameter in enumerate(self.parameters):
+            if parameter.run in (None, record.name):
+                step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
+                within = -step if theta[k] + step > parameter.upper else step
+                steps[k] = float(within) * (np.arange(theta.size) == k)
+        return steps
 
-    def _step(self, theta: FloatArray, k: int) -> float:
-        """Difference of parameter k, within its bounds."""
-        parameter = self.parameters[k]
-        step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
-        return float(-step if theta[k] + step > parameter.upper else step)
 
-
-def _samples_of(record: _BlockedRecord, block: int) -> NDArray[np.int64] | slice:
+def _samples_of(record: _TimeRecord, block: int) -> NDArray[np.int64] | slice:
     """Samples of a block; a slice, which copies nothing, where none between them is missing."""
     samples = np.flatnonzero(record.block == block)
     if samples.size and samples[-1] - samples[0] + 1 == samples.size:
@@ -253,8 +264,8 @@ def _samples_of(record: _BlockedRecord, block: int) -> NDArray[np.int64] | slice
 
 
 def _runs_with_segments(
-    records: Iterable[R], chosen: BoolArray
-) -> list[tuple[R, NDArray[np.int64]]]:
+    records: Iterable[T], chosen: BoolArray
+) -> list[tuple[T, NDArray[np.int64]]]:
     """Runs with a chosen segment."""
     first = 0
     runs = []
@@ -277,18 +288,8 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     @property
     @abstractmethod
-    def channels(self) -> tuple[str, ...]:
-        """Names of the channels."""
-
-    @property
-    @abstractmethod
     def edges_hz(self) -> FloatArray:
         """Ends of the bands of the score [Hz], shape (n_bands + 1,)."""
-
-    @property
-    @abstractmethod
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of a sample and of the zero of a run, shape (n_channels,) each."""
 
     @abstractmethod
     def simulator(self, effects: Effects) -> Callable[[T, FloatArray, int], FloatArray]:
@@ -296,11 +297,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
         Infinite where the motion diverges. What all threads share is made before it is returned.
         """
-
-    @property
-    def n_channels(self) -> int:
-        """Signals that are compared."""
-        return len(self.channels)
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -327,15 +323,15 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Degrees of freedom and sum of squares of the noise by block, and channel and band."""
         counts = []
         noise = []
-        for record, (of_sample, of_zero) in zip(self.records, self.noise_by_run, strict=True):
+        for record in self.records:
             is_measured = _by_channel(record.is_measured)
             by_block = block_counts(is_measured, record.block, record.step, self.edges_hz)
-            square = by_block * of_sample[:, None]
+            square = by_block * np.reshape(record.noise, (-1, 1))
             n_measured = np.array(
                 [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
             )
             # The zero's error is constant over a run: it lies in the lowest band.
-            square[:, :, 0] += of_zero * n_measured
+            square[:, :, 0] += record.zero_noise * n_measured
             counts.append(by_block.reshape(record.n_blocks, -1))
             noise.append(square.reshape(record.n_blocks, -1))
         return np.concatenate(counts), np.concatenate(noise)
@@ -414,7 +410,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             signal_overlay(record.name, name, record.step, measured, residual)
             for record, residuals in zip(self.records, self.residuals(effects, theta), strict=True)
             for name, measured, residual in zip(
-                self.channels,
+                self.model.channels,
                 _by_channel(record.measured).T,
                 _by_channel(residuals).T,
                 strict=True,
@@ -522,7 +518,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
         `predicted` is the simulator of the effects.
         """
-        together = self.predicted_together(effects, runs, refined)
+        together = self.model.predicted_together(effects, runs, refined)
         if together is not None:
             return together
         calls = [(record, theta) for record, sets in runs for theta in sets]
@@ -536,12 +532,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                     [*threads.map(lambda call: predicted(call[0], call[1], refined), calls)]
                 )
         return [[next(responses) for _ in sets] for _, sets in runs]
-
-    def predicted_together(
-        self, effects: Effects, runs: Sequence[tuple[T, Sequence[FloatArray]]], refined: int
-    ) -> list[list[FloatArray]] | None:
-        """Predictions of some records, each by some sets, in one pass; None where no pass does."""
-        return None
 
 
 def _by_channel(signals: NDArray[Any]) -> NDArray[Any]:

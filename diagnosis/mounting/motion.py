@@ -203,24 +203,16 @@ def bushing_motions(
             noise = float(np.mean([other.noise[channel] for other in records]))
             near[channel] = _nearest(of_channel, number, noise)
         base = _on_grid(record, predicted[number])
-        motions.append(_motion(body, record, gaps[number], base, near))
+        signals = base + near
+        loads = record.inputs.loads
+        rest = body.G[:N_FREE] @ loads[: record.zeroing_samples].mean(axis=0)
+        q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
+        rate = np.gradient(q, record.step, axis=1)
+        u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], way) for way in (q, rate))
+        motions.append(
+            BushingMotion(record, body, loads, gaps[number], base, signals, q, rate, u, v)
+        )
     return tuple(motions)
-
-
-def _motion(
-    body: RigidBody,
-    record: MountingRecord,
-    gap: FloatArray,
-    predicted: FloatArray,
-    near: FloatArray,
-) -> BushingMotion:
-    signals = predicted + near
-    loads = record.inputs.loads
-    rest = body.G[:N_FREE] @ loads[: record.zeroing_samples].mean(axis=0)
-    q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
-    rate = np.gradient(q, record.step, axis=1)
-    u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], values) for values in (q, rate))
-    return BushingMotion(record, body, loads, gap, predicted, signals, q, rate, u, v)
 
 
 def _on_grid(record: MountingRecord, values: FloatArray) -> FloatArray:

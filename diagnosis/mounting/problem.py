@@ -79,20 +79,10 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         """Unit of the sensors."""
         return "m"
 
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the channels."""
-        return self.model.channels
-
     @cached_property
     def edges_hz(self) -> FloatArray:
         """Ends of the bands of the score [Hz]."""
         return map_edges_hz(self.records)[[0, 1, 4, -1]]
-
-    @property
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of the channels, and of their zeros."""
-        return [(record.noise, record.zero_noise) for record in self.records]
 
     def simulator(
         self, effects: Effects

@@ -167,6 +167,9 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRe
     q = _thinning(inputs)
     columns = {name: _means(values, q) for name, values in inputs.columns().items()}
     counts = _means(run.in_use.astype(np.float64), q) == 1.0
+    # Variance that the zero carries into the whole run.
+    zero = np.array([of_channel.of_mean(len(first)) for of_channel in noise])
+    is_zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(zero)
     return MountingRecord(
         run.name,
         run.condition,
@@ -175,7 +178,7 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRe
         np.column_stack([_means(column, q) for column in signals.T]),
         _blocks(counts),
         np.array([of_channel.of_mean(q) for of_channel in noise]),
-        _zero_noise(first, np.array([of_channel.of_mean(len(first)) for of_channel in noise])),
+        np.where(is_zeroed, zero, 0.0),
         max(1, round(zeroing / q)),
     )
 
@@ -208,12 +211,6 @@ def _thinning(inputs: MountingInputs) -> int:
 
 def _means(values: FloatArray, q: int) -> FloatArray:
     return np.asarray(values[: values.size // q * q].reshape(-1, q).mean(axis=1), dtype=np.float64)
-
-
-def _zero_noise(first: FloatArray, error: FloatArray) -> FloatArray:
-    """Variance that the zero carries into the whole run."""
-    zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(error)
-    return np.where(zeroed, error, 0.0)
 
 
 def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:

@@ -105,9 +105,7 @@ _ROUNDING = 1e-20
 _DELAY_ROUNDING = 1e-10
 
 
-def class_groups(
-    channels: Sequence[str], contained: Sequence[str], known: Container[str]
-) -> dict[str, tuple[str, ...]]:
+def _class_groups(model: MountingModel, known: Container[str]) -> dict[str, tuple[str, ...]]:
     """Groups of columns of every class, the simplest way of a shape first."""
     classes: dict[str, tuple[str, ...]] = {}
     for shape, groups in FORCE_GROUPS.items():
@@ -120,13 +118,16 @@ def class_groups(
             if f"{shape}:{way}" in known:
                 classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
     for shape in (GAIN, ZERO):
-        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
-        for channel in measured:
-            classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
-        if measured:
-            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
-    taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
-    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}
+        of_channels = {
+            channel: f"{shape}:{channel}"
+            for channel in model.channels
+            if f"{shape}:{channel}" in known
+        }
+        classes |= {f"{shape}/{channel}": (group,) for channel, group in of_channels.items()}
+        if of_channels:
+            classes[f"{shape}/{EACH}"] = tuple(of_channels.values())
+    taken = {SHAPE_OF_LAW.get(law) for law in model.contained} & {ZERO, DELAY}
+    return {name: of for name, of in classes.items() if shape_of(name) not in taken}
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,9 +320,16 @@ def _assembled(
     model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, rows: TableRows
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    order, n_base = _with_contained(model, gram.sum(axis=0), rows)
-    shift = n_base - rows.n_base
+    # Contained laws stand behind the baseline, each in the shape that leaves least.
+    base = list(range(1, 1 + rows.n_base))
+    total = gram.sum(axis=0)
+    for law in model.contained:
+        if law in rows.laws:
+            variants = [[*base, *variant.tolist()] for variant in rows.laws[law]]
+            base = min(variants, key=lambda columns: _remaining_square(total, columns))
+    shift = len(base) - rows.n_base
     if shift:
+        order = np.array([0, *base, *range(1 + rows.n_base, len(total))])
         gram = gram[:, order[:, None], order[None]]
     groups = {
         name: replace(group, columns=group.columns + shift) for name, group in rows.groups.items()
@@ -331,7 +339,11 @@ def _assembled(
         if not name.startswith((STIFFNESS, LOADS)):
             energy[group.columns] = energy[group.columns].mean()
     scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
-    classes = class_groups(model.channels, model.contained, groups)
+    classes = _class_groups(model, groups)
+    of_user = dict.fromkeys(rows.laws, SHAPES_OF_USER)
+    of_library = {law: (shape,) for law, shape in SHAPE_OF_LAW.items()}
+    of_files = {name: (f"{BUSHINGS}/{law.effect_class}",) for name, law in model.measured.items()}
+    shapes_of_law = of_user | of_library | of_files
     laws = {
         name: tuple(
             LawColumns(
@@ -340,7 +352,7 @@ def _assembled(
                 len(model.cards[law].parameters),
             )
             for law, variants in rows.laws.items()
-            if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
+            if law not in model.contained and shape_of(name) in shapes_of_law[law]
         )
         for name in classes
     }
@@ -349,7 +361,7 @@ def _assembled(
     every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
     return GramTable(
         gram=gram * np.outer(scale, scale),
-        n_base=n_base,
+        n_base=len(base),
         groups=groups,
         classes=classes,
         surface="",
@@ -359,27 +371,6 @@ def _assembled(
         folds=folds,
         scale=scale,
     )
-
-
-def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
-    """Shapes that hold a law."""
-    if law in model.measured:
-        return (f"{BUSHINGS}/{model.measured[law].effect_class}",)
-    return (SHAPE_OF_LAW[law],) if law in SHAPE_OF_LAW else SHAPES_OF_USER
-
-
-def _with_contained(
-    model: MountingModel, total: FloatArray, rows: TableRows
-) -> tuple[IntArray, int]:
-    """Order of the columns in which contained laws stand behind the baseline, and its number."""
-    n_base = rows.n_base
-    base = list(range(1, 1 + n_base))
-    for law in model.contained:
-        variants = rows.laws.get(law, ())
-        if variants:
-            squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
-            base += variants[int(np.argmin(squares))].tolist()
-    return np.array([0, *base, *range(1 + n_base, len(total))]), len(base)
 
 
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
@@ -419,15 +410,10 @@ def _nearest_delays(
     for way in DELAY_WAYS:
         alone, *with_forces = [_remaining_squares(gram, run, numbers[way]) for run in columns]
         best = min(with_forces, key=np.min)
-        chosen = best if _takes_half(shares, float(best.min()), float(alone.min())) else alone
-        delays[way] = float(DELAYS[np.argmin(chosen)])
+        forced, bare = (HeldOutSquares(one.min(keepdims=True), (), ()) for one in (best, alone))
+        is_missing = shares.is_clear_gain(forced, bare, 0.0)
+        delays[way] = float(DELAYS[np.argmin(best if is_missing else alone)])
     return delays
-
-
-def _takes_half(shares: Shares, forced: float, alone: float) -> bool:
-    """Whether a force takes so much of what a delay leaves alone that it is missing with it."""
-    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (forced, alone))
-    return shares.is_clear_gain(with_force, without, 0.0)
 
 
 def _delay_rows(
