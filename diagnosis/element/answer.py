@@ -23,15 +23,15 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
 )
 from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.element.columns import (
+    DELAY,
+    DRIVE_SIDE,
+    TIME_VARIATION,
+)
 from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
     has_one_frequency,
     is_separable_from_time,
-)
-from carrierflex.diagnosis.element.laws import (
-    DELAY,
-    DRIVE_SIDE,
-    TIME_VARIATION,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop

@@ -113,10 +113,13 @@ class ElementGap:
     model: ElementModel  # Parameters and simulator
     records: Sequence[ElementRecord]  # Runs
     residuals: Sequence[FloatArray]  # Gap of every run, shape (n,)
-    is_declared: bool  # Whether it is declared: noise of repeats says nothing of their scatter
-    #: channel, unit: name and unit of the channel
-    channel: str
-    unit: str
+    #: Whether the noise is declared: that of repeats says nothing of their scatter
+    is_declared: bool
+
+    @property
+    def channel(self) -> str:
+        """Name of the channel."""
+        return self.model.channels[0]
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -172,19 +175,24 @@ class ElementGap:
 
     def scalars(self) -> tuple[Scalar, ...]:
         """Peak to peak and RMS of the channel by block, measured and predicted."""
-        measured = []
-        predicted = []
-        for record, residual in zip(self.records, self.residuals, strict=True):
-            for block in range(record.n_blocks):
-                is_inside = record.block == block
-                measured.append(record.response[is_inside])
-                predicted.append(record.response[is_inside] - residual[is_inside])
-        scalars = []
-        for name, size in (("peak to peak", np.ptp), ("RMS", lambda x: np.sqrt(np.mean(x**2)))):
-            sizes = np.array([float(size(values)) for values in measured])
-            predicted_sizes = np.array([float(size(values)) for values in predicted])
-            scalars.append(Scalar(name, self.unit, sizes, predicted_sizes))
-        return tuple(scalars)
+        blocks = [
+            [signal[record.block == block] for signal in (record.response, record.response - gap)]
+            for record, gap in zip(self.records, self.residuals, strict=True)
+            for block in range(record.n_blocks)
+        ]
+        measured, predicted = zip(*blocks, strict=True)
+        return tuple(
+            Scalar(
+                name,
+                self.model.response_unit,
+                np.array([size(block) for block in measured]),
+                np.array([size(block) for block in predicted]),
+            )
+            for name, size in (
+                ("peak to peak", np.ptp),
+                ("RMS", lambda block: np.sqrt(np.mean(block**2))),
+            )
+        )
 
 
 def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
@@ -244,7 +252,6 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftT
         change=over_run.change[None],
         share=share[None],
         p_value=over_run.p_value[None],
-        used=np.ones((1, over_run.change.size), dtype=bool),
     )
 
 

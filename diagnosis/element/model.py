@@ -134,6 +134,11 @@ class ElementModel(ModelInTime):
     def _unit(self, parameter: EffectParameter) -> str:
         return self.unit_of(parameter.powers) if parameter.powers else parameter.unit
 
+    @property
+    def response_unit(self) -> str:
+        """Unit of the channel."""
+        return self.units[1 if self.by_force else 0]
+
     def unit_of(self, powers: tuple[int, int, int]) -> str:
         """Unit text of a parameter with these powers of force, length and time."""
         if self.per_mass:

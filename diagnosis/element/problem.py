@@ -18,11 +18,11 @@ from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
-from carrierflex.diagnosis.element.first_states import with_likely_start
+from carrierflex.diagnosis.element.columns import parameter_shift
 from carrierflex.diagnosis.element.force_records import has_one_frequency, while_moving
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
-from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
+from carrierflex.diagnosis.element.motion import with_likely_start
 from carrierflex.diagnosis.element.noise import (
     carried_noise,
     declared_gains,
@@ -106,7 +106,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     @property
     def unit(self) -> str:
         """Unit of the channel."""
-        return self.model.units[1 if self.model.by_force else 0]
+        return self.model.response_unit
 
     @property
     def gains(self) -> DeclaredGains:
@@ -132,14 +132,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
     def gap(self, effects: Effects, theta: FloatArray) -> ElementGap:
         """Gap by line or band and run."""
-        return ElementGap(
-            self.model,
-            self.records,
-            self.residuals(effects, theta),
-            self.noise_is_declared,
-            self.model.channels[0],
-            self.unit,
-        )
+        residuals = self.residuals(effects, theta)
+        return ElementGap(self.model, self.records, residuals, self.noise_is_declared)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Force-space loops for the report."""

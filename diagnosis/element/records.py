@@ -1,6 +1,5 @@
 """One run of an element campaign, prepared once: motion, drive, blocks and bands."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -277,8 +276,14 @@ def prepared_record(
     trusted = trusted_frequency(max(pieces, key=np.std), step, is_slow=is_released)
     cutoff = band_end(trusted, step)
     if not (by_force and period):
+        # Derivatives are known away from the ends of what is known.
         edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (trusted * step)
-        counts = counts & _is_inner(counts.size, spans, edge)
+        inner = np.zeros(counts.size, dtype=bool)
+        for span in spans:
+            most = int(_LARGEST_EDGE * (span.stop - span.start))
+            left_out = min(int(np.ceil(edge)), most)
+            inner[span.start + left_out : span.stop - left_out] = True
+        counts = counts & inner
     block, n_blocks = _blocks(counts, period, n_blocks)
     motion = (released_motion if is_released else _motion)(deflection, step, cutoff)
     if is_released:
@@ -299,16 +304,6 @@ def prepared_record(
         in_steady_state=in_steady_state,
         base=base,
     )
-
-
-def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:
-    """Samples of `n` that are far enough from the ends of a known span for their derivatives."""
-    inner = np.zeros(n, dtype=bool)
-    for span in spans:
-        length = span.stop - span.start
-        edge = min(int(np.ceil(edge_samples)), int(_LARGEST_EDGE * length))
-        inner[span.start + edge : span.stop - edge] = True
-    return inner
 
 
 def _motion(

@@ -38,18 +38,16 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
+    DRIVE_SIDE,
+    TIME_VARIATION,
     ElementBases,
+    MotionSize,
     memory_of_stops,
+    static_law,
     step_at_rest,
     stops_columns,
     stops_of,
     surface_products,
-)
-from carrierflex.diagnosis.element.laws import (
-    DRIVE_SIDE,
-    TIME_VARIATION,
-    MotionSize,
-    static_law,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord

@@ -27,8 +27,8 @@ from scipy.optimize import least_squares
 
 from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.columns import MotionSize
 from carrierflex.diagnosis.element.force_records import ForceRecord
-from carrierflex.diagnosis.element.laws import MotionSize
 from carrierflex.simulation.element.loop_kernels import loop_states
 from carrierflex.simulation.laws import N_STIFFNESS
 

@@ -22,9 +22,16 @@ from carrierflex.diagnosis.classes.held_out import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.columns import (
+    DELAY,
+    DRIVE_SIDE,
+    PRESLIDING,
+    TIME_VARIATION,
     ElementBases,
+    MotionSize,
+    classes_of,
     element_bases,
     group_columns,
+    law_columns,
     stops_columns,
 )
 from carrierflex.diagnosis.element.force_records import (
@@ -36,16 +43,6 @@ from carrierflex.diagnosis.element.force_records import (
     where_folds_overlap,
     while_sliding,
     with_noise_of_motion,
-)
-from carrierflex.diagnosis.element.laws import (
-    DELAY,
-    DRIVE_SIDE,
-    PRESLIDING,
-    TIME_VARIATION,
-    MotionSize,
-    classes_of,
-    law_columns,
-    presliding_columns,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import with_all_lines
@@ -167,11 +164,15 @@ def table_of(
     """Products of all columns along some runs, `more` groups beside those of all classes."""
     bases = runs.bases
     groups = (*group_columns(bases, runs.records), *more)
-    products, laws = products_by_block(
-        runs,
-        lambda run, filtered: _columns_along(model, run, filtered, groups, bases.size),
-        constants.n_folds,
-    )
+    of_laws = [law for law in model.cards if law not in model.contained]
+
+    def columns(run: ForceRecord, filtered: Callable[[FloatArray], FloatArray]) -> TableRows:
+        table = group_columns_along(run, filtered, groups)
+        for law in (*of_laws, PRESLIDING):
+            table.add_law(law, law_columns(model, run, law, bases.size))
+        return table
+
+    products, laws = products_by_block(runs, columns, constants.n_folds)
     table = _gram_table(products, laws, model)
     scores = ClassScores(table, constants)
     return ElementTable(runs.records, bases, table, groups, scores)
@@ -269,22 +270,6 @@ def _weighted_baseline(
     K1, C1 = float(c[first]), float(c[first + 1])
     # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
     return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None
-
-
-def _columns_along(
-    model: ElementModel,
-    run: ForceRecord,
-    filtered: Callable[[FloatArray], FloatArray],
-    groups: Sequence[GroupColumns[ForceRecord]],
-    size: MotionSize,
-) -> TableRows:
-    """Target, baseline, groups and laws along a run, filtered."""
-    table = group_columns_along(run, filtered, groups)
-    for law in model.cards:
-        if law not in model.contained:
-            table.add_law(law, law_columns(model, run, law, size))
-    table.add_law(PRESLIDING, presliding_columns(run, size)[:, None])
-    return table
 
 
 def group_columns_along(

@@ -103,11 +103,14 @@ def mounting_planned_table(
             channels.append(c)
             counts.append(np.isfinite(record.measured[:, c]).sum())
     n_base = 2 + len(contained)
+    variants: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, column in enumerate(columns, 1 + n_base):
+        variants.setdefault((column.effect, column.variant), []).append(k)
     return PlannedTable(
         np.array(grams),
         n_base,
         np.zeros(n_base),
-        _by_variant(columns, n_base),
+        tuple(Signature(*key, tuple(numbers)) for key, numbers in variants.items()),
         {
             column.effect: ScaledParameter(
                 column.amplitude, amplitudes[_key(column)].unit, amplitudes[_key(column)].scale
@@ -125,11 +128,3 @@ def mounting_planned_table(
 
 def _key(column: Column) -> tuple[str, str]:
     return column.effect, column.amplitude
-
-
-def _by_variant(columns: list[Column], n_base: int) -> tuple[Signature, ...]:
-    """Columns by effect and variant."""
-    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-    for k, column in enumerate(columns):
-        groups.setdefault((column.effect, column.variant), []).append(1 + n_base + k)
-    return tuple(Signature(*key, tuple(numbers)) for key, numbers in groups.items())

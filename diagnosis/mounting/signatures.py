@@ -59,39 +59,29 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
         parameters = bare.parameters((name,))[2:]
-        if name in model.laws or name in model.measured:
-            columns += _user_columns(name, parameters)
-            continue
-        amplitude = next(p for p in parameters if not p.shape)
-        shape = next((p for p in parameters if p.shape), None)
-        size = _SIZE * amplitude.scale
+        shapes = [parameter for parameter in parameters if parameter.shape]
+        amplitudes = [parameter for parameter in parameters if not parameter.shape]
+        shares, growth = shape_starts(MOUNTING_EFFECTS, name), _SIZE
+        follow = name not in model.laws and name not in model.measured
+        if not follow:
+            shares, growth = USER_SHARES if shapes else (1.0,), 1.0
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
-        for share, channel in product(shape_starts(MOUNTING_EFFECTS, name), channels):
-            shapes = {}
-            if shape is not None:
-                # Yield force and damper go with the amplitude of the column.
-                shapes = {
-                    shape.name: float(
-                        np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper)
-                    )
-                }
-            bounds = (amplitude.lower, amplitude.upper)
-            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
+        for share, channel, amplitude in product(shares, channels, amplitudes):
+            values = {
+                p.name: float(np.clip(share * p.scale * growth, p.lower, p.upper)) for p in shapes
+            }
+            columns.append(
+                Column(
+                    name,
+                    amplitude.name,
+                    _SIZE * amplitude.scale,
+                    values,
+                    channel,
+                    shapes_follow=follow,
+                    bounds=(amplitude.lower, amplitude.upper),
+                )
+            )
     return tuple(columns)
-
-
-def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
-    """A column for every amplitude of a user's law, at several multiples of its shapes' scales."""
-    amplitudes = [parameter for parameter in parameters if not parameter.shape]
-    shapes = [parameter for parameter in parameters if parameter.shape]
-    columns = []
-    for share in USER_SHARES if shapes else (1.0,):
-        values = {p.name: float(np.clip(share * p.scale, p.lower, p.upper)) for p in shapes}
-        for p in amplitudes:
-            size = _SIZE * p.scale
-            bounds = (p.lower, p.upper)
-            columns.append(Column(effect, p.name, size, values, shapes_follow=False, bounds=bounds))
-    return columns
 
 
 def signature_rows(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.laws import _force_derivatives, _shapes_of, law_columns
+from carrierflex.diagnosis.element.columns import _force_derivatives, _shapes_of, law_columns
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import _named_values, _scatter, published_values
