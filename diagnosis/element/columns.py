@@ -17,9 +17,17 @@ from carrierflex.diagnosis.classes.columns import (
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, discrepancy_shift
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
-from carrierflex.diagnosis.element.force_records import ForceRecord, time_basis
+from carrierflex.diagnosis.element.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.signatures import contained_columns
+from carrierflex.diagnosis.kind.motion_columns import (
+    N_PRONY,
+    curved_speed,
+    relaxation_times,
+    step_at_rest,
+    straight_speed,
+    time_splines,
+)
 from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.law_forces import ElementLaw
@@ -264,50 +272,42 @@ def _force_derivatives(
     theta: FloatArray,
 ) -> FloatArray:
     """Derivatives of the force by the parameters, as coefficients of the table's columns."""
-    derivatives = np.zeros((len(table.scale), len(parameters)))
-    for k, parameter in enumerate(parameters):
-        if parameter.run is not None or not parameter.is_free:
-            continue
-        step = _DIFFERENCE * max(abs(theta[k]), 0.01 * parameter.scale)
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = theta.copy()
-            moved[k] += sign * step
-            ends.append(_force(model, table, size, parameters, moved))
-        derivatives[:, k] = (ends[0] - ends[1]) / (2.0 * step)
-    # Coefficients of the scaled columns for a target that is scaled too.
-    return derivatives * (table.scale[0] / table.scale)[:, None]
-
-
-def _force(
-    model: ElementModel,
-    table: GramTable,
-    size: MotionSize,
-    parameters: Sequence[Parameter],
-    theta: FloatArray,
-) -> FloatArray:
-    """Coefficients of the raw columns, shape (n_columns,)."""
-    values = values_by_effect(parameters, theta)
-    force = np.zeros(len(table.scale))
     names = ["K1", "C1", "f0"] if model.mass is not None else ["m", "K1", "C1", "f0"]
     keys = [(BASELINE, name) for name in names]
     keys += [(column.effect, column.amplitude) for column in contained_columns(model)]
-    for column, (effect, name) in zip(table.base, keys, strict=True):
-        force[column] += values[effect][name]
-    for effect in values:
-        law = table.library.get(effect)
-        if law is None:
-            continue
-        if effect in _SHAPED:
-            amplitudes, shape = _SHAPED[effect](values[effect], values[BASELINE]["K1"])
-            for k, weight in zip(*_between(_shapes_of(effect, size), shape), strict=True):
-                force[law.variants[k]] += weight * np.array(amplitudes)
-        else:
-            shapes = {p.name for p in parameters if p.effect == effect and p.shape}
-            force[law.variants[0]] += [
-                value for name, value in values[effect].items() if name not in shapes
-            ]
-    return force
+    library = table.library
+    shapes_of = {
+        effect: {p.name for p in parameters if p.effect == effect and p.shape} for effect in library
+    }
+
+    def force(theta: FloatArray) -> FloatArray:
+        """Coefficients of the raw columns, shape (n_columns,)."""
+        values = values_by_effect(parameters, theta)
+        c = np.zeros(len(table.scale))
+        for column, (effect, name) in zip(table.base, keys, strict=True):
+            c[column] += values[effect][name]
+        for effect, of_law in values.items():
+            if effect not in library:
+                continue
+            law = library[effect]
+            if effect in _SHAPED:
+                amplitudes, shape = _SHAPED[effect](of_law, values[BASELINE]["K1"])
+                for k, weight in zip(*_between(_shapes_of(effect, size), shape), strict=True):
+                    c[law.variants[k]] += weight * np.array(amplitudes)
+            else:
+                c[law.variants[0]] += [
+                    value for name, value in of_law.items() if name not in shapes_of[effect]
+                ]
+        return c
+
+    derivatives = np.zeros((len(table.scale), len(parameters)))
+    for k, parameter in enumerate(parameters):
+        if parameter.run is None and parameter.is_free:
+            step = _DIFFERENCE * max(abs(theta[k]), 0.01 * parameter.scale)
+            moved = step * (np.arange(theta.size) == k)
+            derivatives[:, k] = (force(theta + moved) - force(theta - moved)) / (2.0 * step)
+    # Coefficients of the scaled columns for a target that is scaled too.
+    return derivatives * (table.scale[0] / table.scale)[:, None]
 
 
 #: Amplitudes of a law's columns, and its shape, from its parameters and K1.
@@ -339,11 +339,6 @@ _N_SPEED = 12
 _N_COUPLED = 14
 _N_SURFACE = 6
 _N_SIDE = 12
-#: Speed of the asinh scale over its RMS: a third of the splines lie below a tenth of the RMS.
-_SPEED_SCALE = 0.1
-_N_PRONY = 8
-#: Relaxation times from so many steps to this share of the longest record.
-_TAU_STEPS, _TAU_SHARE = 1.5, 0.2
 #: Yield deflections of the sliders whose strength changes with deflection: every second one.
 _COUPLED_YIELDS = slice(0, None, 2)
 #: Those whose own spring is curved: they turn within half of the motion, since a slider that hardly
@@ -371,14 +366,9 @@ class ElementBases:
     side: SplineBasis
     taus: FloatArray  # Relaxation times [s], shape (n,)
 
-    def curved_speed(self, v: FloatArray) -> FloatArray:
-        """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
-        return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.size.speed)), dtype=np.float64)
-
     def drawn_speeds(self, n: int) -> FloatArray:
         """Speeds over what the runs visit, dense beside rest, shape (n,)."""
-        curved = np.linspace(self.speed.low, self.speed.high, n)
-        return np.asarray(_SPEED_SCALE * self.size.speed * np.sinh(curved), dtype=np.float64)
+        return straight_speed(np.linspace(self.speed.low, self.speed.high, n), self.size.speed)
 
 
 def element_bases(runs: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
@@ -386,19 +376,18 @@ def element_bases(runs: Sequence[ForceRecord], size: MotionSize) -> ElementBases
     x = np.concatenate([run.x[run.counts] for run in runs])
     v = np.concatenate([run.v[run.counts] for run in runs])
     side = np.concatenate([run.side[run.counts] for run in runs])
-    curved = np.arcsinh(v / (_SPEED_SCALE * size.speed))
     longest = max(run.x.size * run.step for run in runs)
     step = min(run.step for run in runs)
     return ElementBases(
         size=size,
         force=basis_over(x, _N_FORCE),
-        speed=basis_over(curved, _N_SPEED),
+        speed=basis_over(curved_speed(v, size.speed), _N_SPEED),
         coupled=basis_over(x, _N_COUPLED),
         surface_x=basis_over(x, _N_SURFACE),
         surface_v=basis_over(v / size.speed, _N_SURFACE),
-        time=time_basis(runs),
+        time=time_splines(longest),
         side=basis_over(side, _N_SIDE),
-        taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * longest, _N_PRONY),
+        taus=relaxation_times(step, longest),
     )
 
 
@@ -411,9 +400,7 @@ def group_columns(
     drives = np.concatenate([run.side[run.counts] for run in runs])
     design = np.array([np.ones(drives.size), drives])
     side_line = np.linalg.lstsq(design.T, bases.side(drives).T, rcond=None)[0]
-    n_plain = yields(size).size
-    n_varying = len(_BY_DEFLECTION) * yields(size)[_COUPLED_YIELDS].size
-    n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size
+    n_stops = len(stops_columns(np.zeros(1), size))
 
     def branches(run: ForceRecord) -> FloatArray:
         return relaxing_branches(run.x, bases.taus, run.step, from_rest=run.from_rest)
@@ -429,7 +416,7 @@ def group_columns(
     #: Dampings of three powers of the speed, each times splines of the place.
     powers: dict[str, Callable[[FloatArray], FloatArray]] = {
         "h": lambda v: v,
-        "dry_by_place": lambda v: step_at_rest(v, size).sum(axis=0),
+        "dry_by_place": lambda v: step_at_rest(v, size.rest_speed).sum(axis=0),
         "quadratic_by_place": lambda v: v * np.abs(v),
     }
 
@@ -443,9 +430,11 @@ def group_columns(
     return (
         GroupColumns("f", lambda run: bases.force(run.x), difference_penalty(_N_FORCE, 2)),
         GroupColumns(
-            "g", lambda run: bases.speed(bases.curved_speed(run.v)), difference_penalty(_N_SPEED, 2)
+            "g",
+            lambda run: bases.speed(curved_speed(run.v, size.speed)),
+            difference_penalty(_N_SPEED, 2),
         ),
-        GroupColumns("jump", lambda run: step_at_rest(run.v, size), np.zeros((2, 2))),
+        GroupColumns("jump", lambda run: step_at_rest(run.v, size.rest_speed), np.zeros((2, 2))),
         GroupColumns(
             "presliding",
             lambda run: dahl_friction(run.x, size.presliding, from_rest=run.from_rest),
@@ -455,10 +444,10 @@ def group_columns(
         GroupColumns(
             "stops",
             lambda run: stops_columns(run.x, size, from_rest=run.from_rest),
-            np.zeros((n_plain + n_varying + n_curved,) * 2),
+            np.zeros((n_stops, n_stops)),
             is_nonnegative=True,
         ),
-        GroupColumns("prony", branches, np.zeros((_N_PRONY,) * 2), True),
+        GroupColumns("prony", branches, np.zeros((N_PRONY, N_PRONY)), True),
         GroupColumns("delay", lambda run: change_by_delay(run)[None], np.zeros((1, 1))),
         *(
             GroupColumns(name, partial(damping, power=power), difference_penalty(_N_COUPLED, 2))
@@ -474,16 +463,11 @@ def group_columns(
     )
 
 
-def step_at_rest(v: FloatArray, size: MotionSize) -> FloatArray:
-    """Signs of positive and of negative speed, smooth where they are uncertain, shape (2, n)."""
-    sign = np.tanh(v / size.rest_speed)
-    return np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-
-
 def surface_products(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
     """Splines of x times splines of v and the step at rest, shape (n_columns, n)."""
     along_x = bases.surface_x(x)
-    along_v = np.concatenate([bases.surface_v(v / bases.size.speed), step_at_rest(v, bases.size)])
+    size = bases.size
+    along_v = np.concatenate([bases.surface_v(v / size.speed), step_at_rest(v, size.rest_speed)])
     return (along_x[:, None] * along_v[None]).reshape(-1, x.size)
 
 

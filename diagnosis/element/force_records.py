@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from carrierflex.diagnosis.classes.columns import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import (
@@ -19,6 +18,7 @@ from carrierflex.diagnosis.element.motion import (
 from carrierflex.diagnosis.element.noise import NoiseWeight
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.kind.motion_columns import time_splines
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
@@ -49,8 +49,6 @@ _ABOVE_NOISE, _OMITTED = 3.0, 0.1
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40
 _FEWEST_IN_WINDOW = 4
-#: Splines of time: five do not imitate a stiffness that differs from run to run.
-_N_TIME = 5
 #: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
 _LINE_BINS = 3.0
 _SMALLEST = np.finfo(float).tiny
@@ -303,18 +301,13 @@ def while_sliding(run: ForceRecord, rest_speed: float) -> ForceRecord | None:
     return replace(run, block=block)
 
 
-def time_basis(runs: Sequence[ForceRecord]) -> SplineBasis:
-    """Splines of time over the longest run."""
-    return SplineBasis(0.0, max(run.x.size * run.step for run in runs), _N_TIME)
-
-
 def is_separable_from_time(runs: Sequence[ForceRecord], highest: float) -> bool:
     """Whether neither amplitude nor frequency of the motion follows time.
 
     R² of the windowed log RMS of x, and of v / x, on time splines common to all runs, is at most
     `highest`.
     """
-    basis = time_basis(runs)
+    basis = time_splines(max(run.x.size * run.step for run in runs))
     rows = []
     amplitudes = []
     frequencies = []

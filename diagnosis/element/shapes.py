@@ -44,7 +44,6 @@ from carrierflex.diagnosis.element.columns import (
     MotionSize,
     memory_of_stops,
     static_law,
-    step_at_rest,
     stops_columns,
     stops_of,
     surface_products,
@@ -52,6 +51,7 @@ from carrierflex.diagnosis.element.columns import (
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.table import ElementTable
+from carrierflex.diagnosis.kind.motion_columns import curved_speed, step_at_rest
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
@@ -225,7 +225,7 @@ def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
         # A bristle that has turned holds its whole force against the motion.
         turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
         curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
-        rows = np.concatenate([bases.speed(curved), step_at_rest(v, size), turned])
+        rows = np.concatenate([bases.speed(curved), step_at_rest(v, size.rest_speed), turned])
         return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
@@ -345,8 +345,8 @@ def _columns(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
     return np.concatenate(
         [
             bases.force(x),
-            bases.speed(bases.curved_speed(v)),
-            step_at_rest(v, bases.size),
+            bases.speed(curved_speed(v, bases.size.speed)),
+            step_at_rest(v, bases.size.rest_speed),
             bases.coupled(x) * v,
             surface_products(bases, x, v),
         ]

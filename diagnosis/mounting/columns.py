@@ -23,6 +23,14 @@ from carrierflex.diagnosis.classes.columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray, bounds_of
+from carrierflex.diagnosis.kind.motion_columns import (
+    N_PRONY,
+    N_TIME,
+    curved_speed,
+    relaxation_times,
+    step_at_rest,
+    time_splines,
+)
 from carrierflex.diagnosis.mounting.model import USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
@@ -31,14 +39,10 @@ _N_FORCE, _N_RADIAL = 16, 8
 _N_SPEED, _N_RADIAL_SPEED = 10, 6
 _N_COUPLED = 6
 _N_YIELDS, _N_RADIAL_YIELDS = 10, 8
-_N_PRONY = 8
-_N_TIME = 5
-#: Speed of the asinh scale, and below which its sign is uncertain, over its RMS.
-_SPEED_SCALE, _REST_SPEED = 0.1, 0.02
+#: Speed below which its sign is uncertain, over its RMS.
+_REST_SPEED = 0.02
 #: Yield deflections over the largest deflection.
 _YIELDS = (0.01, 0.7)
-#: Relaxation times from so many steps to this share of the longest record.
-_TAU_STEPS, _TAU_SHARE = 1.5, 0.2
 #: Group of forces of the bushings, columns of shape (n_columns, 2, 2, n).
 ForceGroup = GroupColumns[BushingMotion]
 _SIZES = np.geomspace(0.004, 0.3, 14)
@@ -86,18 +90,6 @@ class BushingSize:
         """Yield deflections of sliders in the plane, shape (n,)."""
         return np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * self.radius
 
-    def curved_speed(self, v: FloatArray) -> FloatArray:
-        """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
-        return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.speed)), dtype=np.float64)
-
-    def straight_speed(self, curved: FloatArray) -> FloatArray:
-        """Speed of :meth:`curved_speed`."""
-        return np.asarray(_SPEED_SCALE * self.speed * np.sinh(curved), dtype=np.float64)
-
-    def time_splines(self) -> SplineBasis:
-        """Splines of time over the longest run."""
-        return SplineBasis(0.0, self.length, _N_TIME)
-
 
 def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
     """Sizes over all runs."""
@@ -110,7 +102,7 @@ def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
         deflection=float(np.abs(u).max()),
         radius=float(radius.max()),
         speed=float(np.sqrt(np.mean(v**2))),
-        taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * length, _N_PRONY),
+        taus=relaxation_times(step, length),
         length=float(length),
         low=float(u.min()),
         high=float(u.max()),
@@ -122,17 +114,16 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
     """Every group of forces: of the deflection, of time, of the speed, with a memory."""
     curvature = partial(difference_penalty, order=2)
     deflections, radii = np.array([size.low, size.high]), np.array([0.0, size.radius])
-    speeds = np.array([-size.fastest, size.fastest])
     f, radial_f = basis_over(deflections, _N_FORCE), basis_over(radii, _N_RADIAL)
     h, radial_h = basis_over(deflections, _N_COUPLED), basis_over(radii, _N_COUPLED)
-    g = basis_over(size.curved_speed(speeds), _N_SPEED)
+    speeds = curved_speed(np.array([-size.fastest, size.fastest]), size.speed)
+    g, in_time = basis_over(speeds, _N_SPEED), time_splines(size.length)
     radial_g = basis_over(np.array([0.0, np.sqrt(2.0) * size.fastest]), _N_RADIAL_SPEED)
 
     def speed_force(run: BushingMotion) -> FloatArray:
         """Splines of the speed, and a step at rest for either direction."""
-        sign = np.tanh(run.v / size.rest_speed)
-        steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-        return np.concatenate([_splined(g, size.curved_speed(run.v)), steps])
+        splines = _splined(g, curved_speed(run.v, size.speed))
+        return np.concatenate([splines, step_at_rest(run.v, size.rest_speed)])
 
     def radial_speed(run: BushingMotion) -> FloatArray:
         """c(|v|) along the speed, and dry friction against it."""
@@ -156,8 +147,8 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
         ),
         ForceGroup(
             "time",
-            lambda run: size.time_splines()(run.time)[:, None, None] * run.u,
-            difference_penalty(_N_TIME, 1),
+            lambda run: in_time(run.time)[:, None, None] * run.u,
+            difference_penalty(N_TIME, 1),
         ),
         ForceGroup("g", speed_force, _with_step(curvature(_N_SPEED), 2)),
         ForceGroup("radial_g", radial_speed, _with_step(curvature(_N_RADIAL_SPEED), 1)),
@@ -176,7 +167,7 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
             True,
         ),
         ForceGroup(
-            "prony", lambda run: _branches(run, size.taus), np.zeros((_N_PRONY, _N_PRONY)), True
+            "prony", lambda run: _branches(run, size.taus), np.zeros((N_PRONY, N_PRONY)), True
         ),
     )
 

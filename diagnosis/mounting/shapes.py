@@ -31,6 +31,7 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.kind.motion_columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
 from carrierflex.diagnosis.mounting.model import KIND, MountingModel
 from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions
@@ -307,8 +308,8 @@ def _abscissa(table: MountingTable, fit: _Fit, side: str) -> FloatArray:
         ends = np.array([v.min(), v.max()])
         if is_radial:
             ends = np.array([0.0, np.hypot(v[0], v[1]).max()])
-        low, high = table.size.curved_speed(ends).tolist()
-        return table.size.straight_speed(np.linspace(low, high, 2 * POINTS))
+        low, high = curved_speed(ends, table.size.speed).tolist()
+        return straight_speed(np.linspace(low, high, 2 * POINTS), table.size.speed)
     if is_radial:
         return np.linspace(0.0, float(np.hypot(u[0], u[1]).max()), POINTS)
     return np.linspace(float(u.min()), float(u.max()), POINTS)
@@ -333,7 +334,7 @@ def _along(table: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -
     if shape == MEMORY:
         return np.asarray(np.exp(-x[None] / table.size.taus[:, None]))
     if shape == CHANGE:
-        return table.size.time_splines()(x)
+        return time_splines(table.size.length)(x)
     return group.columns(_motion(table, shape, x))[:, 0, 1]
 
 
