@@ -15,7 +15,7 @@ from carrierflex.diagnosis.classes.columns import (
     relaxing_branches,
     stops,
 )
-from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, discrepancy_shift
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
@@ -238,33 +238,19 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
     return None
 
 
-def parameter_shift(
-    model: ElementModel,
-    table: GramTable,
-    size: MotionSize,
-    parameters: Sequence[Parameter],
-    theta: FloatArray,
-    *,
-    independent_samples: float,
-) -> FloatArray:
-    """Shift of the parameters of a fit with a discrepancy of the classes, shape (p,).
-
-    The force is taken as linear at the fit; `independent_samples` of all runs in their bands. Zero
-    where the table does not hold the fitted force: a shape beyond those that it has, or that of a
-    user's law. What its columns then miss would be taken for a discrepancy.
-    """
+def holds_shapes(size: MotionSize, parameters: Sequence[Parameter], theta: FloatArray) -> bool:
+    """Whether the shapes of all laws of a fit lie among those of the table; no user's law does."""
     for effect, values in values_by_effect(parameters, theta).items():
-        is_held = not any(p.shape for p in parameters if p.effect == effect)
         if effect in _SHAPED:
             shapes = _shapes_of(effect, size)
-            is_held = bool(shapes[0] <= _SHAPED[effect](values, 0.0)[1] <= shapes[-1])
-        if not is_held:
-            return np.zeros(len(parameters))
-    derivatives = _force_derivatives(model, table, size, parameters, theta)
-    return discrepancy_shift(table, derivatives, independent_samples=independent_samples)
+            if not shapes[0] <= _SHAPED[effect](values, 0.0)[1] <= shapes[-1]:
+                return False
+        elif any(p.shape for p in parameters if p.effect == effect):
+            return False
+    return True
 
 
-def _force_derivatives(
+def force_derivatives(
     model: ElementModel,
     table: GramTable,
     size: MotionSize,

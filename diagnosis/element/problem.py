@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.classes.gram_table import GramTable, discrepancy_shift
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force, force_library
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
-from carrierflex.diagnosis.element.columns import parameter_shift
+from carrierflex.diagnosis.element.columns import force_derivatives, holds_shapes
 from carrierflex.diagnosis.element.force_records import has_one_frequency, while_moving
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
@@ -42,7 +42,6 @@ from carrierflex.diagnosis.element.signatures import (
     element_scale,
     element_signatures,
     element_starts,
-    signature_columns,
 )
 from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
@@ -128,7 +127,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:
         """Starts from force space."""
-        return element_starts(self.model, self._signatures, self._columns, effects, known)
+        return element_starts(self.model, self._signatures, effects, known)
 
     def gap(self, effects: Effects, theta: FloatArray) -> ElementGap:
         """Gap by line or band and run."""
@@ -229,19 +228,17 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         return has_one_frequency(self.records)
 
     def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Shift of the parameters with a discrepancy; zero without a table of the classes."""
-        parameters = self.parameters(effects)
-        table = self.class_table
-        if table is None:
+        """Shift of the parameters with a discrepancy of the classes; zero without their table.
+
+        The force is taken as linear at the fit. Zero too where the table does not hold it: what its
+        columns then miss would be taken for a discrepancy.
+        """
+        parameters, table = self.parameters(effects), self.class_table
+        if table is None or not holds_shapes(table.bases.size, parameters, theta):
             return np.zeros(len(parameters))
-        return parameter_shift(
-            self.model,
-            table.table,
-            table.bases.size,
-            parameters,
-            theta,
-            independent_samples=table.independent_samples,
-        )
+        J = force_derivatives(self.model, table.table, table.bases.size, parameters, theta)
+        n = table.independent_samples
+        return discrepancy_shift(table.table, J, independent_samples=n)
 
     def delay_words(self, theta: FloatArray) -> str:
         """What a delay of half a sample does to the damping at one frequency.
@@ -298,11 +295,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         )
 
     @cached_property
-    def _columns(self) -> tuple[Column, ...]:
-        return signature_columns(self.model)
-
-    @cached_property
-    def _signatures(self) -> Signatures:
+    def _signatures(self) -> Signatures[Column]:
         return element_signatures(self.model, tuple(map(while_moving, self.records)))
 
 

@@ -29,7 +29,6 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import (
-    bounded_solution,
     design_solution,
     normal_solution,
 )
@@ -38,8 +37,6 @@ from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 #: Mass, stiffness, damping and constant force of a linear element.
 _Linear = tuple[float, float, float, float]
 _Values = Mapping[tuple[str, str], float]
-#: Starts handed back at most, best fit in force space first.
-_MOST_STARTS = 6
 #: Rounds of instruments, of which the best is kept.
 _ROUNDS = 6
 #: Damping ratio of the first instrument, and the least one of any.
@@ -57,10 +54,10 @@ class Column:
     effect: str
     amplitude: str
     values: Mapping[str, float]
-    shape: tuple[float, ...]
+    variant: tuple[float, ...]
 
 
-def signature_columns(model: ElementModel) -> tuple[Column, ...]:
+def _signature_columns(model: ElementModel) -> tuple[Column, ...]:
     """Every variant of every candidate, in the order of the library, by amplitude."""
     columns = []
     for name in model.cards:
@@ -142,31 +139,39 @@ def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
     return band_limited(force, record.step, record.cutoff_hz) - inertia
 
 
-def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:
+def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures[Column]:
     """Gram matrix of force space for all records: target, baseline and candidates."""
-    columns = signature_columns(model)
+    columns = _signature_columns(model)
     gram = np.zeros(())
     for record in records:
         base = base_columns(model, record)
         candidates = [column_values(model, record, column) for column in columns]
         rows = np.vstack([known_force(model, record), base, *candidates])
         gram = gram + total_products(record.where_flat(rows), record.block)
-    return Signatures(gram, len(base))
+    return Signatures(gram, len(base), columns)
 
 
 def element_starts(
-    model: ElementModel,
-    signatures: Signatures,
-    columns: Sequence[Column],
-    effects: Effects,
-    known: _Values,
+    model: ElementModel, signatures: Signatures[Column], effects: Effects, known: _Values
 ) -> list[FloatArray]:
     """Starts of one set, at least one: what is known with the new effects off, then solutions.
 
-    `signatures` and `columns` are force space; `known` are the values of a smaller set.
+    `signatures` are those of force space; `known` are the values of a smaller set.
     """
     parameters = model.parameters(effects)
-    solutions = _force_space_solutions(model, signatures, columns, effects)
+    bounds = {parameter_key(p): (p.lower, p.upper) for p in parameters}
+    lower = np.full(signatures.n_base, -np.inf)
+    if not model.fixed:
+        # A start with a negative damping beside a friction that falls with speed is neither's.
+        lower[1 + (model.mass is None)] = 0.0
+    solutions = [
+        _values(model, *solution)
+        for solution in signatures.solutions(
+            effects,
+            lambda column: bounds.get((column.effect, column.amplitude), (-np.inf, np.inf)),
+            lower,
+        )
+    ]
     states = {
         (BASELINE, f"{name} of {run}"): value
         for run, state in model.states.items()
@@ -199,47 +204,11 @@ def element_starts(
         for source in sources
         for solution in solutions
     ]
-    bounds = bounds_of(parameters)
-    return [np.clip(np.array(start), *bounds) for start in (warm, *starts)]
-
-
-def _force_space_solutions(
-    model: ElementModel, signatures: Signatures, columns: Sequence[Column], effects: Effects
-) -> list[dict[tuple[str, str], float]]:
-    """Least-squares solutions over the shapes of the effects, best first."""
-    gram = signatures.gram
-    first = 1 + signatures.n_base
-    by_effect = []
-    for effect in effects:
-        shapes = sorted({column.shape for column in columns if column.effect == effect})
-        groups = [
-            [k for k, c in enumerate(columns) if (c.effect, c.shape) == (effect, shape)]
-            for shape in shapes
-        ]
-        by_effect.append(groups or [[]])
-    solutions = []
-    known = {parameter_key(p): (p.lower, p.upper) for p in model.parameters(effects)}
-    for choice in product(*by_effect):
-        chosen = [k for group in choice for k in group]
-        rows = [*range(1, first), *(first + k for k in chosen)]
-        chosen_columns = [columns[k] for k in chosen]
-        bounds = np.tile([-np.inf, np.inf], (len(rows), 1))
-        if not model.fixed:
-            # A start with a negative damping beside a friction that falls with speed is neither's.
-            bounds[1 + (model.mass is None), 0] = 0.0
-        for k, column in enumerate(chosen_columns, signatures.n_base):
-            bounds[k] = known.get((column.effect, column.amplitude), bounds[k])
-        matrix, right = gram[np.ix_(rows, rows)], gram[rows, 0]
-        solution = bounded_solution(matrix, right, *bounds.T)
-        square = gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
-        base, amplitudes = solution[: first - 1], solution[first - 1 :]
-        solutions.append((square, _values(model, base, chosen_columns, amplitudes)))
-    solutions.sort(key=lambda pair: pair[0])
-    return [values for _, values in solutions[:_MOST_STARTS]]
+    return [np.clip(np.array(start), *bounds_of(parameters)) for start in (warm, *starts)]
 
 
 def _values(
-    model: ElementModel, base: FloatArray, columns: Sequence[Column], amplitudes: FloatArray
+    model: ElementModel, base: FloatArray, amplitudes: Sequence[tuple[Column, float]]
 ) -> dict[tuple[str, str], float]:
     """Named parameters of a force-space solution."""
     names = ["m"] if model.mass is None else []
@@ -248,16 +217,14 @@ def _values(
     for column, value in zip(contained_columns(model), base[len(names) :], strict=True):
         # Physical bounds are applied where a start is handed back: a spring may soften.
         values[column.effect, column.amplitude] = float(value)
-    for column, amplitude in zip(columns, amplitudes, strict=True):
+    for column, amplitude in amplitudes:
         for name, value in column.values.items():
             values[column.effect, name] = value
-        values[column.effect, column.amplitude] = float(amplitude)
+        values[column.effect, column.amplitude] = amplitude
         if column.effect == "elasto_plastic_friction":
-            stiffness = max(float(amplitude), 0.02 * model.scale.of((1, -1, 0)))
-            values[column.effect, "Kp"], values[column.effect, "Fy"] = (
-                stiffness,
-                stiffness * column.values["Fy"],
-            )
+            stiffness = max(amplitude, 0.02 * model.scale.of((1, -1, 0)))
+            values[column.effect, "Kp"] = stiffness
+            values[column.effect, "Fy"] = stiffness * column.values["Fy"]
     return values
 
 

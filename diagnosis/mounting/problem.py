@@ -42,7 +42,6 @@ from carrierflex.diagnosis.mounting.signatures import (
     Solution,
     mounting_signatures,
     solutions,
-    values_array,
 )
 from carrierflex.diagnosis.mounting.table import mounting_table
 from carrierflex.diagnosis.mounting.wiring import mounting_rivals
@@ -106,8 +105,13 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         starts += [{**values, **known} for values in fitted]
         starts += [{**known, **values} for values in fitted]
         starts += [{**fitted[0], **values, **known} for values, _ in self._contained_solutions]
+        # What is not known leaves the baseline as it is.
+        off = {(p.effect, p.name): p.scale if p.shape else 0.0 for p in parameters}
         bounds = bounds_of(parameters)
-        return [np.clip(values_array(parameters, values), *bounds) for values in starts]
+        return [
+            np.clip([values.get(key, value) for key, value in off.items()], *bounds)
+            for values in starts
+        ]
 
     def gap(self, effects: Effects, theta: FloatArray) -> MountingGap:
         """Gap by motion, band and run."""
@@ -273,7 +277,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return {(p.effect, p.name): float(v) for p, v in zip(parameters, theta, strict=True)}
 
     @cached_property
-    def _columns(self) -> tuple[Signatures, tuple[Column, ...]]:
+    def _signatures(self) -> Signatures[Column]:
         bare, theta = self._bare
         return mounting_signatures(self.model, self.records, bare.residuals((), theta), self._known)
 
@@ -292,7 +296,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
 
     def _solutions(self, effects: Effects) -> list[Solution]:
         if effects not in self._known_solutions:
-            self._known_solutions[effects] = solutions(*self._columns, effects, self._known)
+            self._known_solutions[effects] = solutions(self._signatures, effects, self._known)
         return self._known_solutions[effects]
 
 

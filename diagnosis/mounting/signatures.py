@@ -15,19 +15,16 @@ from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
     Effects,
     FloatArray,
-    Parameter,
     Signatures,
     shape_starts,
     total_products,
 )
 from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
-_MOST_STARTS = 6
 Known = Mapping[tuple[str, str], float]
 #: Values by effect and name, and the channel of each effect of one sensor.
 Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
@@ -126,7 +123,7 @@ def mounting_signatures(
     records: Sequence[MountingRecord],
     residuals: Sequence[FloatArray],
     known: Known,
-) -> tuple[Signatures, tuple[Column, ...]]:
+) -> Signatures[Column]:
     """Gram matrix of the baseline's residual, its derivatives and all signatures."""
     every = signature_columns(model)
     contained = [column for column in every if column.effect in model.contained]
@@ -135,72 +132,24 @@ def mounting_signatures(
     for record, residual in zip(records, residuals, strict=True):
         table = signature_rows(model, record, residual, (*contained, *columns), known)
         gram = gram + total_products(table, record.block)
-    return Signatures(gram, 2 + len(contained)), tuple(columns)
+    return Signatures(gram, 2 + len(contained), tuple(columns))
 
 
-def solutions(
-    signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
-) -> list[Solution]:
+def solutions(signatures: Signatures[Column], effects: Effects, known: Known) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and their channels."""
-    gram, first = signatures.gram, 1 + signatures.n_base
-    groups = [_variants(columns, effect) for effect in effects]
-    fits = []
-    for chosen in product(*groups):
-        numbers = [k for group in chosen for k in group]
-        owners = [columns[k] for k in numbers]
-        square, values = _bounded_solution(
-            gram, [*range(1, first), *(first + k for k in numbers)], owners
-        )
+    results = []
+    for base, values in signatures.solutions(effects, lambda column: column.bounds):
         named = {
-            (BASELINE, name): known[BASELINE, name] + float(values[k])
+            (BASELINE, name): known[BASELINE, name] + float(base[k])
             for k, name in enumerate(("K1", "C1"))
         }
-        for column, value in zip(owners, values[first - 1 :].tolist(), strict=True):
+        for column, value in values:
             named[column.effect, column.amplitude] = value
             # A branch of the same time, a slider of the same yield deflection, at the fitted
             # stiffness.
             growth = abs(value) / column.size if column.shapes_follow else 1.0
             for name, shape in column.shapes.items():
                 named[column.effect, name] = growth * shape
-        channel = {column.effect: column.channel for column in owners if column.channel >= 0}
-        fits.append((square, (named, channel)))
-    fits.sort(key=lambda pair: pair[0])
-    return [numbers for _, numbers in fits[:_MOST_STARTS]]
-
-
-def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
-    """Columns of an effect that are taken together, by variant; one empty list if it has none."""
-    groups: dict[tuple[float, ...], list[int]] = {}
-    for k, column in enumerate(columns):
-        if column.effect == effect:
-            groups.setdefault(column.variant, []).append(k)
-    return list(groups.values()) or [[]]
-
-
-def _bounded_solution(
-    gram: FloatArray, rows: Sequence[int], columns: Sequence[Column]
-) -> tuple[float, FloatArray]:
-    """Residual sum of squares and least-squares values."""
-    values, active = np.zeros(len(rows)), list(range(len(rows)))
-    n_base = len(rows) - len(columns)
-    while True:
-        used = [rows[k] for k in active]
-        solution = normal_solution(gram[np.ix_(used, used)], gram[used, 0])
-        outside = [
-            k
-            for k, value in zip(active, solution, strict=True)
-            if k >= n_base
-            and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
-        ]
-        if not outside:
-            values[active] = solution
-            return float(gram[0, 0] - solution @ gram[used, 0]), values
-        active = [k for k in active if k not in outside]
-
-
-def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
-    """Values in the order of the parameters; what is not known leaves the baseline as it is."""
-    off = [p.scale if p.shape else 0.0 for p in parameters]
-    return np.array(
-        [values.get((p.effect, p.name), value) for p, value in zip(parameters, off, strict=True)]
-    )
+        channels = {column.effect: column.channel for column, _ in values if column.channel >= 0}
+        results.append((named, channels))
+    return results
