@@ -115,10 +115,7 @@ class ForceRecord:
 def force_records(
     model: ElementModel, records: Sequence[ElementRecord], *, finer: int = 1
 ) -> tuple[ForceRecord, ...]:
-    """Runs in force space, those that hold enough samples away from their ends.
-
-    `finer` are the blocks for each usual one.
-    """
+    """Runs in force space that hold enough samples; `finer` are the blocks for each usual one."""
     n_blocks = max(2, round(finer * _BLOCKS / len(records)))
     runs = []
     for record in records:

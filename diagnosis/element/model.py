@@ -1,7 +1,8 @@
 """Parameters of one element and the response they predict for a record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -85,10 +86,7 @@ class ElementModel(ModelInTime):
     measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
     def of_baseline(self) -> list[Parameter]:
-        """Unknowns: mass (where it is not given), K1, C1, f0.
-
-        After a release, each run's first deflection and speed stand behind f0.
-        """
+        """Mass where it is not given, K1, C1, f0; after a release every run's first state."""
         base = [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
         if self.mass is None:
             base.insert(
@@ -185,53 +183,53 @@ class ElementModel(ModelInTime):
         """
         if not self.by_force:
             return None
-        motions = [
-            _Motion(number, record, values, table)
-            for number, (record, sets) in enumerate(runs)
-            for values in (self._values(effects, theta) for theta in sets)
-            if (table := values.table) is not None
-        ]
-        if len(motions) < sum(len(sets) for _, sets in runs):
+        lanes = [(record, self._values(effects, theta)) for record, sets in runs for theta in sets]
+        if any(values.table is None for _, values in lanes):
             return None
-        responses: list[list[FloatArray]] = [[] for _ in runs]
-        lengths = dict.fromkeys(motion.n_driven for motion in motions)
-        for length in lengths:
-            alike = [motion for motion in motions if motion.n_driven == length]
-            deflections = self._motions(alike, self.substeps * refined)
-            for motion, q in zip(alike, deflections, strict=True):
-                response = q[q.size - motion.record.drive.size :]
-                late = _read_late(motion.record, response, motion.values.delay)
-                responses[motion.number].append(late)
-        return responses
+        lengths = [_n_driven(record) for record, _ in lanes]
+        responses = {}
+        for length in dict.fromkeys(lengths):
+            alike = [k for k, other in enumerate(lengths) if other == length]
+            deflections = self._motions([lanes[k] for k in alike], self.substeps * refined)
+            for k, q in zip(alike, deflections, strict=True):
+                record, values = lanes[k]
+                responses[k] = _read_late(record, q[q.size - record.drive.size :], values.delay)
+        numbers = iter(range(len(lanes)))
+        return [[responses[next(numbers)] for _ in sets] for _, sets in runs]
 
-    def _motions(self, motions: Sequence["_Motion"], substeps: int) -> FloatArray:
+    def _motions(
+        self, motions: Sequence[tuple[ElementRecord, "_Values"]], substeps: int
+    ) -> FloatArray:
         """Deflections from the first driven sample on, drives of one length, (n_motions, n)."""
-        records = list(dict.fromkeys(motion.record for motion in motions))
+        records = list(dict.fromkeys(record for record, _ in motions))
         drives = [self._fine_drive(record, substeps) for record in records]
         n = (drives[0].size - 1) // (2 * substeps)
         most = {record: RUNAWAY * float(np.abs(record.motion[0]).max()) for record in records}
         # Fewer than three are as fast one by one.
         n_lanes = len(motions) if len(motions) < 3 else -(-len(motions) // _TOGETHER) * _TOGETHER
         lanes = [*motions, *[motions[0]] * (n_lanes - len(motions))]
-        numbers = np.array([records.index(lane.record) for lane in lanes])
-        state = np.array([[*self._start(lane.record, lane.values), 0.0] for lane in lanes])
-        limits = np.array([[lane.record.step / substeps, most[lane.record]] for lane in lanes])
-        p = np.array([np.append(lane.values.flat, lane.table[1]) for lane in lanes])
+        numbers = np.array([records.index(record) for record, _ in lanes])
+        state = np.array([[*self._start(record, values), 0.0] for record, values in lanes])
+        limits = np.array([[record.step / substeps, most[record]] for record, _ in lanes])
+        tables = [values.table for _, values in lanes if values.table is not None]
+        p = np.array(
+            [
+                np.append(values.flat, factors)
+                for (_, values), (_, factors) in zip(lanes, tables, strict=True)
+            ]
+        )
         state, limits, p = (np.ascontiguousarray(rows.T) for rows in (state, limits, p))
         deflections = np.empty((len(motions), n))
         for first in range(0, n, _AT_ONCE):
             last = min(first + _AT_ONCE, n)
             span = slice(2 * substeps * first, 2 * substeps * last + 1)
             force = np.column_stack([drive[span] for drive in drives])
-            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, lanes[0].table[0])
+            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, tables[0][0])
             deflections[:, first:last] = q[:, : len(motions)].T
         return deflections
 
     def _fine_drive(self, record: ElementRecord, substeps: int) -> FloatArray:
-        """Drive between the samples, before a steady state with the periods run in.
-
-        That of the model's steps is kept as long as the record is in use.
-        """
+        """Drive between the samples, with the periods run in; that of the model's steps is kept."""
         fine = _FINE_DRIVES.setdefault(record, {})
         if substeps in fine:
             return fine[substeps]
@@ -260,57 +258,55 @@ class ElementModel(ModelInTime):
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
         """Values of a parameter set, sorted by what takes them."""
-        simulated: dict[str, float] = {"m": self.mass or 0.0}
-        of_laws: dict[str, list[float]] = {}
-        laws: list[ForceLaw] = []
-        delay = 0.0
         states: dict[str, list[float]] = {}
-        sizes: list[tuple[MemoryParts, float]] = []
-        for parameter, value in zip(self.parameters(effects), theta, strict=True):
-            effect = parameter.effect
+        values = [(BASELINE, "m", self.mass or 0.0)]
+        for parameter, value in zip(self.parameters(effects), theta.tolist(), strict=True):
             if parameter.run is not None:
-                states.setdefault(parameter.run, []).append(float(value))
-                continue
-            if effect in self.measured:
-                sizes.append((self.measured[effect].memory, float(value)))
-                law = self.measured[effect].of_size(float(value))
-                if law is not None:
-                    laws.append(law)
-                for name, level in zip(_FRICTION, self.measured[effect].friction, strict=True):
-                    simulated[name] = simulated.get(name, 0.0) + float(value) * level
-            elif effect in self.laws:
-                of_laws.setdefault(effect, []).append(float(value))
-            elif is_delay(effect):
-                delay += float(value)
+                states.setdefault(parameter.run, []).append(value)
             else:
-                for name in _simulated_names(effect, parameter.name):
-                    simulated[name] = simulated.get(name, 0.0) + float(value)
-        laws += [ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items()]
-        # The motion takes two laws: the first, and the sum of all others.
-        two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
-        return _Values(_flat(simulated, sizes), delay, two_laws, states)
+                values.append((parameter.effect, parameter.name, value))
+        return self._sorted(values, states)
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
     ) -> FloatArray:
         """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
-        simulated: dict[str, float] = {}
-        law: ForceLaw | None = None
-        sizes: list[tuple[MemoryParts, float]] = []
-        if effect in self.measured:
-            size = next(iter(values.values()))
-            sizes.append((self.measured[effect].memory, size))
-            law = self.measured[effect].of_size(size)
-            plus, minus = self.measured[effect].friction
-            simulated = dict(zip(_FRICTION, (size * plus, size * minus), strict=True))
-        elif effect in self.laws:
-            parameters = [values[p.name] for p in self.cards[effect].parameters]
-            law = ForceLaw(self.laws[effect], np.array(parameters))
-        else:
-            for name, value in values.items():
-                simulated |= dict.fromkeys(_simulated_names(effect, name), value)
-        force = self._force(record, _flat(simulated, sizes), law or _NO_LAW, _NO_LAW)
+        names = [p.name for p in self.cards[effect].parameters] if effect in self.laws else values
+        of_effect = self._sorted([(effect, name, values[name]) for name in names], {})
+        force = self._force(record, of_effect.flat, *of_effect.laws)
         return band_limited(force, record.step, record.cutoff_hz)
+
+    def _sorted(
+        self, values: Iterable[tuple[str, str, float]], states: Mapping[str, Sequence[float]]
+    ) -> "_Values":
+        """Values by effect and name, sorted by what takes them."""
+        simulated: dict[str, float] = {}
+        of_laws: dict[str, list[float]] = {}
+        laws: list[ForceLaw] = []
+        delay = 0.0
+        sizes: list[tuple[MemoryParts, float]] = []
+        for effect, parameter, value in values:
+            taken = {}
+            if effect in self.measured:
+                sizes.append((self.measured[effect].memory, value))
+                law = self.measured[effect].of_size(value)
+                laws += [law] if law is not None else []
+                plus, minus = self.measured[effect].friction
+                taken = {"F_plus": value * plus, "F_minus": value * minus}
+            elif effect in self.laws:
+                of_laws.setdefault(effect, []).append(value)
+            elif is_delay(effect):
+                delay += value
+            else:
+                known = ELEMENT_EFFECTS.get(effect)
+                taken = dict.fromkeys(known.values_of(parameter) if known else [parameter], value)
+            for name, added in taken.items():
+                simulated[name] = simulated.get(name, 0.0) + added
+        laws += [ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items()]
+        flat = np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
+        # The motion takes two laws: the first, and the sum of all others.
+        two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
+        return _Values(flat, delay, two_laws, states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +318,7 @@ class _Values:
     laws: tuple[ForceLaw, ForceLaw]
     states: Mapping[str, Sequence[float]]
 
-    @property
+    @cached_property
     def table(self) -> tuple[FloatArray, tuple[float, float]] | None:
         """Cells of the only law beside the compiled ones, and its factors as in `smooth_motions`.
 
@@ -341,30 +337,12 @@ class _Values:
         return cells, (0.0, size) if times_speed else (size, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class _Motion:
-    """One of several motions that are integrated together."""
-
-    number: int  # Number of the run
-    record: ElementRecord
-    values: _Values
-    table: tuple[FloatArray, tuple[float, float]]
-
-    @property
-    def n_driven(self) -> int:
-        """Samples with those of the periods run in."""
-        run_in = self.record.period if self.record.in_steady_state else 0
-        return self.record.drive.size + _RUN_IN_PERIODS * run_in
-
-
-def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, float]]) -> FloatArray:
-    """Values of the compiled laws, and the parts of laws with a memory behind them."""
-    return np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
+def _n_driven(record: ElementRecord) -> int:
+    """Samples with those of the periods run in."""
+    return record.drive.size + _RUN_IN_PERIODS * record.period * record.in_steady_state
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
-#: Names of dry friction at positive and at negative speed in the flat array.
-_FRICTION = ("F_plus", "F_minus")
 
 
 def _read_late(record: ElementRecord, response: FloatArray, delay: float) -> FloatArray:
@@ -391,12 +369,6 @@ def is_delay(effect: str) -> bool:
     """Whether an effect is the delay of the channel."""
     known = ELEMENT_EFFECTS.get(effect)
     return known is not None and known.measurement is Measurement.DELAY
-
-
-def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
-    """Names in the flat array that a parameter is added to."""
-    known = ELEMENT_EFFECTS.get(effect)
-    return known.values_of(parameter) if known else (parameter,)
 
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.

@@ -331,10 +331,7 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
 
 
 def refuse_mixed_units(campaign: Campaign) -> None:
-    """A voltage analogue declares both units.
-
-    With one of them in SI the parameters would have none that make sense.
-    """
+    """Refuse an analogue with one unit in SI: its parameters would have none that make sense."""
     if campaign.rig["drive"] == FREE_DECAY:
         return
     channel = campaign.channels[0]

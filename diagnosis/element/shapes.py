@@ -412,23 +412,16 @@ def law_of_answer(
 
     `values` are the fitted parameters of named laws, by name.
     """
-    findings = tuple(_with_named_law(finding, values) for finding in answer.classes)
-    answer = replace(answer, classes=findings)
+    findings = []
+    for finding in answer.classes:
+        measured, effect = finding.measured_law, ELEMENT_EFFECTS.get(finding.law)
+        if finding.law_named and measured and effect and finding.shape and finding.law in values:
+            x, fitted = finding.shape.x, values[finding.law]
+            law = law_of_effect(effect, finding.id, fitted, x, measured.units)
+            finding = replace(finding, measured_law=law or measured)
+        findings.append(finding)
+    answer = replace(answer, classes=tuple(findings))
     return law_of_class(answer, campaign, {name: name for name in _EQUATIONS}, wanted, _refusal)
-
-
-def _with_named_law(
-    finding: ClassFinding, values: Mapping[str, Mapping[str, float]]
-) -> ClassFinding:
-    """Class whose law is the named one with its fitted values, where it is named."""
-    measured, effect = finding.measured_law, ELEMENT_EFFECTS.get(finding.law)
-    if not finding.law_named or measured is None or effect is None or finding.shape is None:
-        return finding
-    if finding.law not in values:
-        return finding
-    x = finding.shape.x
-    law = law_of_effect(effect, finding.id, values[finding.law], x, measured.units)
-    return finding if law is None else replace(finding, measured_law=law)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:
@@ -442,13 +435,7 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 
 def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, ...]:
-    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
-
-    Raises
-    ------
-    ValueError
-        Where a law has other units.
-    """
+    """Effect cards of laws, whose one parameter is the size; a law of other units is refused."""
     for law in laws:
         if law.units != units:
             raise ValueError(
@@ -468,10 +455,7 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
 
 
 def beyond_visited(law: Law, records: Sequence[ElementRecord]) -> tuple[CampaignWarning, ...]:
-    """Warnings where records leave the range in which a law was measured; empty where none does.
-
-    Of a surface, deflection and speed are looked at.
-    """
+    """Warnings where records leave the range in which a law was measured; empty where none does."""
     is_dissipation = law.effect_class == DISSIPATION
     ranges = [(np.array(ends), False) for ends in law.visited.values()]
     ranges += [(table.x, is_dissipation) for table in law.of(Table)]

@@ -81,10 +81,7 @@ def _signature_columns(model: ElementModel) -> tuple[Column, ...]:
 
 
 def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Baseline's regressors along the measured motion, shape (n_base, n).
-
-    Mass (where fitted), K1, C1, f0, contained.
-    """
+    """Regressors along the motion, (n_base, n): mass where it is fitted, K1, C1, f0, contained."""
     q, v, a = record.motion
     rows = [] if model.mass is not None else [a]
     rows += [q, v, np.ones(q.size)]

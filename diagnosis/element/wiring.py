@@ -37,12 +37,9 @@ _BETTER = 0.5
 
 @dataclass(frozen=True, eq=False)
 class _Spectra:
-    """Products of one run's spectra, the size of its force taken as one; lines 1 to n_lines.
+    """Products of one run's spectra, the size of its force taken as one; cross is (n_lines, 3)."""
 
-    `n` samples make the spectra; `cross` has shape (n_lines, 3).
-    """
-
-    n: int
+    n: int  # Samples
     omega: FloatArray
     gram: FloatArray
     cross: ComplexArray
@@ -62,10 +59,7 @@ class _Spectra:
         return products
 
     def late_by_steps(self) -> FloatArray:
-        """The same for delays of whole steps, as many as are tried, shape (n_delays, 3).
-
-        The sums over the lines are then one inverse transform.
-        """
+        """The same for all delays of whole steps, (n_delays, 3), by one inverse transform."""
         lines = np.zeros((3, self.n // 2 + 1), dtype=np.complex128)
         lines[:, 1 : len(self.cross) + 1] = self.cross.T
         sums = irfft(lines, self.n, overwrite_x=True)

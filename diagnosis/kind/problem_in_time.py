@@ -194,10 +194,7 @@ class DifferencedResiduals(Generic[T]):
         ]
 
     def sums(self, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums by segment; infinite squares where the motion diverges.
-
-        The sums of runs without a chosen segment stay zero.
-        """
+        """Gauss-Newton sums of the chosen runs; infinite squares where the motion diverges."""
         n = chosen.size
         p = theta.size
         matrix = np.zeros((n, p, p))
@@ -210,9 +207,12 @@ class DifferencedResiduals(Generic[T]):
                 square[segments] = np.inf
                 continue
             for block, segment in enumerate(segments):
-                samples = _samples_of(record, block)
-                block_rows = rows[:, samples].reshape(p, -1)
-                block_residual = residual[samples].ravel()
+                samples = np.flatnonzero(record.block == block)
+                # A slice copies nothing.
+                is_span = samples.size and samples[-1] - samples[0] + 1 == samples.size
+                inside = slice(samples[0], samples[-1] + 1) if is_span else samples
+                block_rows = rows[:, inside].reshape(p, -1)
+                block_residual = residual[inside].ravel()
                 matrix[segment] = block_rows @ block_rows.T
                 right[segment] = block_rows @ block_residual
                 square[segment] = block_residual @ block_residual
@@ -221,10 +221,7 @@ class DifferencedResiduals(Generic[T]):
     def slopes(
         self, theta: FloatArray, records: Sequence[T]
     ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Residual and change of the prediction by every parameter, (p, ...), record by record.
-
-        Zero where a motion diverges.
-        """
+        """Residual and change of the prediction by parameter, (p, ...); zero where it diverges."""
         together = max(1, _TOGETHER // (theta.size + 1))
         for first in range(0, len(records), together):
             group = records[first : first + together]
@@ -253,14 +250,6 @@ class DifferencedResiduals(Generic[T]):
                 within = -step if theta[k] + step > parameter.upper else step
                 steps[k] = float(within) * (np.arange(theta.size) == k)
         return steps
-
-
-def _samples_of(record: _TimeRecord, block: int) -> NDArray[np.int64] | slice:
-    """Samples of a block; a slice, which copies nothing, where none between them is missing."""
-    samples = np.flatnonzero(record.block == block)
-    if samples.size and samples[-1] - samples[0] + 1 == samples.size:
-        return slice(int(samples[0]), int(samples[-1]) + 1)
-    return samples
 
 
 def _runs_with_segments(
@@ -514,10 +503,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         *,
         refined: int = 1,
     ) -> list[list[FloatArray]]:
-        """Predictions of some records, each by some parameter sets: in one pass, or in threads.
-
-        `predicted` is the simulator of the effects.
-        """
+        """Predictions of some records, each by some parameter sets: in one pass, or in threads."""
         together = self.model.predicted_together(effects, runs, refined)
         if together is not None:
             return together

@@ -150,8 +150,8 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
             lambda run: in_time(run.time)[:, None, None] * run.u,
             difference_penalty(N_TIME, 1),
         ),
-        ForceGroup("g", speed_force, _with_step(curvature(_N_SPEED), 2)),
-        ForceGroup("radial_g", radial_speed, _with_step(curvature(_N_RADIAL_SPEED), 1)),
+        ForceGroup("g", speed_force, np.pad(curvature(_N_SPEED), (0, 2))),
+        ForceGroup("radial_g", radial_speed, np.pad(curvature(_N_RADIAL_SPEED), (0, 1))),
         ForceGroup("h", lambda run: _splined(h, run.u) * run.v, curvature(_N_COUPLED)),
         ForceGroup(
             "radial_h",
@@ -170,11 +170,6 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
             "prony", lambda run: _branches(run, size.taus), np.zeros((N_PRONY, N_PRONY)), True
         ),
     )
-
-
-def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
-    """Penalty with columns behind it that are free."""
-    return np.pad(penalty, (0, n_free))
 
 
 def _splined(basis: SplineBasis, values: FloatArray) -> FloatArray:

@@ -136,10 +136,7 @@ class MountingGap:
         return gap_cells([table])
 
     def findings(self) -> GapFindings:
-        """Where the gap lies, in time, what differs between repeats, growth with loads and motion.
-
-        Trends in time are not among them: loads that change in time make them too.
-        """
+        """Findings but for trends in time, which loads that change in time make too."""
         moments: list[GapMoment] = []
         for record, residual in zip(self.records, self.residuals, strict=True):
             moments += block_rms(

@@ -72,10 +72,7 @@ class RigidBody:
         return bool(np.linalg.matrix_rank(self.free_output) == N_FREE)
 
     def response(self, p: FloatArray, step: float) -> FloatArray:
-        """Free coordinates [rad] from rest under the first of generalised forces, both (..., 3, n).
-
-        The forces are straight between samples `step` [s] apart.
-        """
+        """Free coordinates [rad] that generalised forces make from rest, both (..., 3, n)."""
         motion = np.empty(p.shape)
         for i in range(N_FREE):
             force = p[..., i, :]
@@ -178,10 +175,7 @@ class BushingMotion:
 def bushing_motions(
     model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
 ) -> tuple[BushingMotion, ...]:
-    """Every run with the motion of its bushings; none where the channels do not show it.
-
-    `linear` are K1 and C1 of the linear bushings.
-    """
+    """Runs with the motion of their bushings, of K1 and C1; none where no channel shows it."""
     body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
     if not body.shows_motion:
         return ()

@@ -245,10 +245,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         )
 
     def choice(self, effects: Effects) -> Choice:
-        """Channel of each effect of one sensor, by least squares over the signatures.
-
-        The contained ones' by themselves.
-        """
+        """Channel of each effect of one sensor by least squares; contained ones by themselves."""
         wanted = {name for name in (*self.model.contained, *effects) if name in ONE_CHANNEL}
         if not wanted:
             return {}

@@ -143,10 +143,7 @@ class MountingTable:
     sizes: Mapping[str, int]  # Columns of each class
 
     def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Deflection [m] and speed [m/s] where samples count, in y and in z, shape (2, n).
-
-        `bushings` are 0 starboard, 1 port.
-        """
+        """Deflection and speed in y and z, (2, n), where samples count; 0 is starboard, 1 port."""
         counts = [_counting(run, self.reach) for run in self.motions]
         u, v = (
             np.concatenate(

@@ -92,10 +92,7 @@ def _refitted(
 
 
 def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
-    """Baseline refitted with the main bearing elsewhere.
-
-    None where a parabola through three places promises that more than half is left.
-    """
+    """Baseline refitted with the main bearing elsewhere, where a parabola promises half of it."""
     rig = problem.model.rig
     stated = rig.main_bearing_x
 
