@@ -1,6 +1,7 @@
 """One run of an element campaign, prepared once: motion, drive, blocks and bands."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,6 @@ class ElementRecord:
     response: FloatArray
     counts: NDArray[np.bool_]  # Samples that are scored: measured and settled, shape (n,)
     block: NDArray[np.int64]  # Block of every sample; -1 where it does not count, shape (n,)
-    n_blocks: int  # Number of blocks
     #: Deflection, speed and acceleration in the trusted band, shape (n,)
     motion: tuple[FloatArray, FloatArray, FloatArray]
     cutoff_hz: float  # End of the usable band
@@ -68,6 +68,11 @@ class ElementRecord:
     zero_noise: float = 0.0
     #: Deflection and speed at the first sample; None: those of `motion`
     start: tuple[float, float] | None = None
+
+    @cached_property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.block.max()) + 1
 
     @property
     def time(self) -> FloatArray:
@@ -284,7 +289,6 @@ def prepared_record(
             left_out = min(int(np.ceil(edge)), most)
             inner[span.start + left_out : span.stop - left_out] = True
         counts = counts & inner
-    block, n_blocks = _blocks(counts, period, n_blocks)
     motion = (released_motion if is_released else _motion)(deflection, step, cutoff)
     if is_released:
         # The force that a free decay balances is that of inertia.
@@ -296,8 +300,7 @@ def prepared_record(
         drive=drive,
         response=response,
         counts=counts,
-        block=block,
-        n_blocks=n_blocks,
+        block=_blocks(counts, period, n_blocks),
         motion=motion,
         cutoff_hz=cutoff,
         period=period,
@@ -313,7 +316,7 @@ def _motion(
     return q, v, a
 
 
-def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
+def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> NDArray[np.int64]:
     """Cut from the first to the last sample that counts into blocks of like length."""
     counted = np.flatnonzero(counts)
     first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
@@ -324,10 +327,9 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
         n_blocks = max(1, n // length)
     position = np.minimum((counted - first) // length, n_blocks - 1)
     # A block that is missing throughout is no block.
-    present, number = np.unique(position, return_inverse=True)
     block = np.full(counts.size, -1)
-    block[counted] = number
-    return block, present.size
+    block[counted] = np.unique(position, return_inverse=True)[1]
+    return block
 
 
 def refuse_mixed_units(campaign: Campaign) -> None:

@@ -1,7 +1,7 @@
 """The measured shape of a class: its curve with a band over the blocks, and its law."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -38,6 +38,7 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
+    DELAY,
     DRIVE_SIDE,
     TIME_VARIATION,
     ElementBases,
@@ -50,7 +51,7 @@ from carrierflex.diagnosis.element.columns import (
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.element.table import ElementTable
+from carrierflex.diagnosis.element.table import CLASS_GROUPS, ElementTable
 from carrierflex.diagnosis.kind.motion_columns import curved_speed, step_at_rest
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
@@ -75,20 +76,8 @@ from carrierflex.simulation.laws import (
 
 #: Group of the bristles that turn as dry friction begins to slip.
 _PRESLIDING = "presliding"
-#: Groups whose columns make the curve of a class.
-_GROUPS: dict[str, tuple[str, ...]] = {
-    RESTORING_FORCE: ("f",),
-    DISSIPATION: ("g", "jump", _PRESLIDING),
-    COUPLED_DAMPING: ("h",),
-    HYSTERESIS: ("stops",),
-    MEMORY: ("prony",),
-    TIME_VARIATION: ("time",),
-    DRIVE_SIDE: ("side",),
-}
 #: Turns after which a loop is drawn: smooth ones drift to where they close.
 _SETTLING = 12
-#: Groups whose columns make the surface, dry friction with a memory last.
-_SURFACE_GROUPS = ("f", "g", "jump", "h", "surface")
 #: Points of the table over deflection, and half of those over speed.
 _POINTS = 33
 #: Where in the range of the deflection the curves are drawn.
@@ -104,16 +93,6 @@ _EQUATIONS = {
     MEMORY: "branches that relax",
     FORCE_SURFACE: "f(q, v)",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """Rows of a curve: abscissa, values of each column along it, names of both axes."""
-
-    x: FloatArray
-    rows: FloatArray
-    labels: tuple[str, str]
-    units: tuple[str, str]
 
 
 def measured_shape(
@@ -135,31 +114,31 @@ def measured_shape(
         shape, measured_law = _surface_shape(table.bases, model, scores, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
-    if name not in _GROUPS:
+    if name == DELAY or name not in CLASS_GROUPS:
         return None, None
-    curve = _curve(table, name, units)
+    x, rows, labels, units_of_curve = _curve(table, name, units)
     has_loop = name == HYSTERESIS and table.loop is not None
-    groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
+    groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
     columns = np.concatenate([scores.table.groups[group].columns for group in groups])
     draws, damping = _with_damping(model, scores, squares, columns)
-    drawn = draws @ curve.rows
-    curves = np.array([values - _baseline_share(curve.x, values, name) for values in drawn])
+    drawn = draws @ rows
+    curves = np.array([values - _baseline_share(x, values, name) for values in drawn])
     smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
     if name == DISSIPATION:
         rest_speed = table.bases.size.rest_speed
-        smooth, steps = without_steps(curve.x, curves[0], rest_speed)
-        friction = half_step(curve.x, curves, rest_speed)
-        at_rest = np.array([np.interp(0.0, curve.x, values) for values in drawn])
-        curves = drawn - at_rest[:, None] + np.outer(damping, curve.x)
+        smooth, steps = without_steps(x, curves[0], rest_speed)
+        friction = half_step(x, curves, rest_speed)
+        at_rest = np.array([np.interp(0.0, x, values) for values in drawn])
+        curves = drawn - at_rest[:, None] + np.outer(damping, x)
     y, band = curves[0], band_of(curves[0], curves[1:])
     shape = MeasuredShape(
-        curve.x,
+        x,
         y,
         band,
-        _law_curve(table, curve, name, law, y),
-        curve.labels,
-        curve.units,
-        shape_words(name, curve.x, y, curve.units, friction),
+        _law_curve(table, name, law, x, y),
+        labels,
+        units_of_curve,
+        shape_words(name, x, y, units_of_curve, friction),
         smooth,
         steps,
     )
@@ -209,24 +188,24 @@ def _law(
     return Law("", ELEMENT, name, units, law_terms(parts), {"deflection": (size.low, size.high)})
 
 
-def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
-    """Columns of a class along its abscissa."""
+def _curve(
+    table: ElementTable, name: str, units: tuple[str, str]
+) -> tuple[FloatArray, FloatArray, tuple[str, str], tuple[str, str]]:
+    """Abscissa of a class, its columns along that, names and units of both axes."""
     force, length = units
     bases, size = table.bases, table.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
-        return _Curve(x, bases.force(x), ("deflection", "restoring force"), (length, force))
+        return x, bases.force(x), ("deflection", "restoring force"), (length, force)
     if name == COUPLED_DAMPING:
-        return _Curve(
-            x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
-        )
+        return x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
     if name == DISSIPATION:
         v = bases.drawn_speeds(2 * POINTS)
         # A bristle that has turned holds its whole force against the motion.
         turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
         curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
         rows = np.concatenate([bases.speed(curved), step_at_rest(v, size.rest_speed), turned])
-        return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
+        return v, rows, ("speed", "dissipative force"), (f"{length}/s", force)
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
         angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
@@ -235,22 +214,19 @@ def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
         if table.loop is not None:
             rows = np.vstack([rows, table.loop.along(turns)])
         turn = slice(-4 * POINTS, None)
-        return _Curve(
-            turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
-        )
+        return turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
+    stiffness = ("s", f"{force}/{length}")
     if name == MEMORY:
         t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)
         rows = np.exp(-t[None] / bases.taus[:, None])
-        return _Curve(
-            t, rows, ("time after a step", "relaxing stiffness"), ("s", f"{force}/{length}")
-        )
+        return t, rows, ("time after a step", "relaxing stiffness"), stiffness
     if name == TIME_VARIATION:
         t = np.linspace(bases.time.low, bases.time.high, POINTS)
         splines = bases.time(t) / size.half_range
         rows = np.vstack([splines, np.zeros((2 * len(splines), t.size))])
-        return _Curve(t, rows, ("time", "stiffness"), ("s", f"{force}/{length}"))
+        return t, rows, ("time", "stiffness"), stiffness
     u = np.linspace(bases.side.low, bases.side.high, POINTS)
-    return _Curve(u, bases.side(u), ("drive", "force"), (force, force))
+    return u, bases.side(u), ("drive", "force"), (force, force)
 
 
 def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
@@ -272,18 +248,17 @@ def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
 
 
 def _law_curve(
-    table: ElementTable, curve: _Curve, name: str, law: NearestLaw, y: FloatArray
+    table: ElementTable, name: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
     """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
     if not law.id or name not in (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING):
         return np.empty(0)
-    still = np.zeros(curve.x.size)
-    is_speed = name == DISSIPATION
-    q, v = (still, curve.x) if is_speed else (curve.x, still + 1.0)
+    still = np.zeros(x.size)
+    q, v = (still, x) if name == DISSIPATION else (x, still + 1.0)
     shapes = static_law(law.id, q, v, table.bases.size)
     if shapes is None:
         return np.empty(0)
-    fits = [fitted_law(columns, curve.x, y) for columns in shapes]
+    fits = [fitted_law(columns, x, y) for columns in shapes]
     return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
 
 
@@ -295,7 +270,9 @@ def _surface_shape(
     force, length = units
     units_along_v = (f"{length}/s", force)
     groups = scores.table.groups
-    columns = np.concatenate([groups[name].columns for name in (*_SURFACE_GROUPS, _PRESLIDING)])
+    # Dry friction with a memory stands last.
+    smooth_groups = [name for name in CLASS_GROUPS[FORCE_SURFACE] if name != _PRESLIDING]
+    columns = np.concatenate([groups[name].columns for name in (*smooth_groups, _PRESLIDING)])
     draws, damping = _with_damping(model, scores, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)

@@ -173,7 +173,31 @@ def table_of(
         return table
 
     products, laws = products_by_block(runs, columns, constants.n_folds)
-    table = _gram_table(products, laws, model)
+    ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
+    if model.states:
+        # The rate of the force after a release holds the acceleration, which is the target.
+        ceiling = (*_SURFACE, "stops")
+    cards = model.cards
+    columns_of_laws = [
+        LawColumns(law, indices, len(cards[law].parameters) if law in cards else 2)
+        for law, indices in laws.items()
+    ]
+    table = replace(
+        products,
+        classes=CLASS_GROUPS,
+        surface=FORCE_SURFACE,
+        ceiling=ceiling,
+        laws={
+            name: tuple(
+                law for law in columns_of_laws if name in classes_of(law.id, model.measured)
+            )
+            for name in CLASS_GROUPS
+        },
+        coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
+        uncoupled_part=DISSIPATION,
+        products=_PRODUCT_GROUPS,
+        one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
+    )
     scores = ClassScores(table, constants)
     return ElementTable(runs.records, bases, table, groups, scores)
 
@@ -225,35 +249,6 @@ def _weighted(model: ElementModel, runs: Sequence[ForceRecord]) -> tuple[ForceRe
                     replace(run, weight=replace(run.weight, element=element)) for run in weighted
                 ]
     return tuple(map(with_noise_of_motion, weighted))
-
-
-def _gram_table(
-    products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel
-) -> GramTable:
-    """Table of all classes."""
-    ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
-    if model.states:
-        # The rate of the force after a release holds the acceleration, which is the target.
-        ceiling = (*_SURFACE, "stops")
-    cards = model.cards
-    columns = [
-        LawColumns(law, indices, len(cards[law].parameters) if law in cards else 2)
-        for law, indices in laws.items()
-    ]
-    return replace(
-        products,
-        classes=CLASS_GROUPS,
-        surface=FORCE_SURFACE,
-        ceiling=ceiling,
-        laws={
-            name: tuple(law for law in columns if name in classes_of(law.id, model.measured))
-            for name in CLASS_GROUPS
-        },
-        coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
-        uncoupled_part=DISSIPATION,
-        products=_PRODUCT_GROUPS,
-        one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
-    )
 
 
 def _weighted_baseline(
@@ -367,26 +362,18 @@ def _with_starting_states(
 
 def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bool]:
     """Whether each run begins relaxed: all that may or none, then one by one while it gains."""
+
+    def remaining(relaxed: Sequence[bool]) -> float:
+        """Square left of all runs together: a difference of sums would leave rounding alone."""
+        chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
+        return _remaining_square(np.asarray(np.sum(chosen, axis=0)), n_base)
+
     may_be = [len(products) > 1 for products in starts]
-    best = min(
-        (may_be, [False] * len(starts)),
-        key=lambda relaxed: _remaining_square(_total(starts, relaxed), n_base),
-    )
-    square = _remaining_square(_total(starts, best), n_base)
+    best = min((may_be, [False] * len(starts)), key=remaining)
     for number in np.flatnonzero(may_be).tolist():
-        # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
-        # square may be negative.
         other = [*best[:number], not best[number], *best[number + 1 :]]
-        square_of_other = _remaining_square(_total(starts, other), n_base)
-        if square_of_other < square:
-            best, square = other, square_of_other
+        best = min((best, other), key=remaining)
     return best
-
-
-def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> FloatArray:
-    """Products of all runs together."""
-    chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
-    return np.asarray(np.sum(chosen, axis=0), dtype=np.float64)
 
 
 def _is_switched_on(run: ForceRecord) -> bool:
