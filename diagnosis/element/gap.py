@@ -4,7 +4,7 @@ Where it lies, by block in time, what does not repeat from period to period, how
 force grows with the deflection, scalars; the force that the baseline leaves along the motion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from scipy.stats import f as fisher_f
 from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import Picture, is_function, loop_panel
+from carrierflex.diagnosis.comparison.overlay import Picture, drawn_runs, is_function, loop_panel
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, GapCell
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -44,11 +44,11 @@ from carrierflex.diagnosis.gap.findings import (
     undetermined,
 )
 from carrierflex.diagnosis.gap.gap_map import (
-    N_DRAWS,
     CellTable,
     band_amplitudes,
     band_edges_hz,
     block_powers,
+    drawn_counts,
     gap_cells,
     largest_cells,
     significant,
@@ -63,7 +63,6 @@ from carrierflex.diagnosis.gap.in_time import (
     significant_non_synchronous,
     trend,
 )
-from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 _SCATTER_BANDS = 12
@@ -85,13 +84,6 @@ _LOW = -1.0
 _HIGH = 8.0
 _NOISE_SEED = 5
 _MAP_BANDS = 24
-_DRAWS_SEED = 1
-#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
-_MOST_RUNS = 3
-_MOST_POINTS = 2000
-#: Points at each end of the range, which an even choice would miss although they tell most about a
-#: law.
-_END_POINTS = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -411,7 +403,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
     scatter = amplitudes.var(axis=0, ddof=1)
     degrees = np.where(lines == 0, 1.0, 2.0)
     ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
-    weights = multinomial_counts(n, N_DRAWS, seed=_DRAWS_SEED) / n
+    weights = drawn_counts(n) / n
     noise = scatter / (2.0 * n)
     mean_square = np.abs(mean) ** 2 / 2.0
     line_hz = lines / (record.period * record.step)
@@ -441,7 +433,7 @@ def _band_table(record: ElementRecord, residual: FloatArray, channel: str) -> Ce
     n_samples = max(int((record.block >= 0).sum()), 1)
     power = squares.sum(axis=0)
     noise = record.noise * lines
-    counts = multinomial_counts(record.n_blocks, N_DRAWS, seed=_DRAWS_SEED)
+    counts = drawn_counts(record.n_blocks)
     bands_hz = np.column_stack([edges_hz[:-1], edges_hz[1:]])[is_filled]
     return CellTable(
         runs=(record.name,),
@@ -466,51 +458,40 @@ def element_loops(
     """
     values = values_by_effect(model.parameters(effects), theta)
 
-    def force_of(record: ElementRecord, effect: str) -> FloatArray:
-        return _effect_force(model, record, effect, values)
+    base = values[BASELINE]
 
-    largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
+    def force_of(record: ElementRecord, effect: str) -> FloatArray:
+        fitted = values[effect]
+        if effect == "sensor_delay":
+            return fitted["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+        if effect == "backlash":
+            # Its column is per unit of the stiffness that is missing within the gap.
+            return base["K1"] * column_values(model, record, Column(effect, "K1", fitted, ()))
+        return model.signature(record, effect, fitted)
+
+    gaps = []
     for record in records:
         q, v, a = record.motion
-        base = values[BASELINE]
         # A given mass is in the known force already.
         baseline = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
         for effect in model.contained:
             baseline = baseline + force_of(record, effect)
-        lacking = record.where_flat(known_force(model, record) - baseline)
-        size = float(np.std(lacking[record.counts]))
-        if size > largest.get(record.condition, (-1.0,))[0]:
-            largest[record.condition] = (size, record, lacking)
-    chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+        gaps.append(record.where_flat(known_force(model, record) - baseline))
+    sizes = [float(np.std(gap[record.counts])) for gap, record in zip(gaps, records, strict=True)]
     runs = [
         (
-            record,
-            lacking,
-            np.sum([force_of(record, effect) for effect in effects], axis=0) if effects else None,
+            records[k],
+            gaps[k],
+            np.sum([force_of(records[k], effect) for effect in effects], axis=0)
+            if effects
+            else None,
         )
-        for _, record, lacking in chosen
+        for k in drawn_runs(sizes, [record.condition for record in records])
     ]
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))
     return tuple(pictures)
-
-
-def _effect_force(
-    model: ElementModel,
-    record: ElementRecord,
-    effect: str,
-    values: Mapping[str, Mapping[str, float]],
-) -> FloatArray:
-    parameters = values[effect]
-    if effect == "sensor_delay":
-        return parameters["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
-    if effect == "backlash":
-        # Its column is per unit of the stiffness that is missing within the gap.
-        return values[BASELINE]["K1"] * column_values(
-            model, record, Column(effect, "K1", parameters, ())
-        )
-    return model.signature(record, effect, parameters)
 
 
 def _picture(
@@ -527,10 +508,7 @@ def _picture(
         counts = record.counts
         x, shade = record.motion[against][counts], record.motion[1 - against][counts]
         counted = None if law is None else law[counts]
-        # Every n-th sample, and those at both ends of x.
-        every, by_size = np.arange(0, x.size, -(-x.size // _MOST_POINTS)), np.argsort(x)
-        drawn = np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
-        panels.append(loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=drawn))
+        panels.append(loop_panel(record.name, x, lacking[counts], shade, law=counted))
     law_text = (
         f"Orange: the fitted law ({set_name(effects)}). "
         if effects

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import Panel, Picture, loop_panel
+from carrierflex.diagnosis.comparison.overlay import Panel, Picture, drawn_runs, loop_panel
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
@@ -25,10 +25,10 @@ from carrierflex.diagnosis.gap.findings import (
     exponents,
 )
 from carrierflex.diagnosis.gap.gap_map import (
-    N_DRAWS,
     CellTable,
     block_counts,
     block_powers,
+    drawn_counts,
     gap_cells,
     largest_cells,
     significant,
@@ -43,11 +43,9 @@ from carrierflex.diagnosis.gap.in_time import (
 from carrierflex.diagnosis.kind.problem_in_time import edges_of_bands_hz
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.mounting.rig import SENSORS
 
 _BANDS = 6
-_SEED = 1
 _ROOT = float(np.sqrt(0.5))
 #: Orthonormal patterns of the six sensors (so that mean squares add up), in the order of
 #: ``SENSORS``.
@@ -72,9 +70,6 @@ _SAME_LOADS = 0.02
 _FOLLOWS = 0.8
 #: Loads that a gap may follow, by the names of the inputs.
 _LOADS = ("torque", "ntl_z", "ntl_y")
-#: Runs drawn at most, and points of a cloud.
-_MOST_RUNS = 3
-_MOST_POINTS = 1500
 
 
 def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
@@ -114,7 +109,7 @@ class MountingGap:
             noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
             # The zero's error is constant over a run: it lies in the lowest band.
             noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
-            weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
+            weights = drawn_counts(record.n_blocks)
             powers.append(by_block.sum(axis=0))
             expected.append(noise)
             counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))
@@ -296,23 +291,17 @@ def mounting_pictures(
             ]
         )
     k = int(np.argmax(np.sum([np.square(gap).sum(axis=0) for _, gap, _ in rows], axis=0)))
-    largest: dict[str, tuple[float, Panel]] = {}
-    for record, (motion, gap, law) in zip(records, rows, strict=True):
-        size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
-        if size > largest.get(record.condition, (0.0,))[0]:
-            drawn = slice(None, None, max(1, -(-len(motion) // _MOST_POINTS)))
-            panel = loop_panel(
-                record.name,
-                motion[:, k],
-                gap[:, k],
-                np.gradient(motion[:, k], record.step),
-                law=law[:, k] if effects else None,
-                drawn=drawn,
-            )
-            largest[record.condition] = size, panel
-    panels = [
-        panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    moving = [
+        (record, motion[:, k], gap[:, k], law[:, k])
+        for record, (motion, gap, law) in zip(records, rows, strict=True)
+        if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0
     ]
+    sizes = [float(gap.std()) for _, _, gap, _ in moving]
+    panels = []
+    for number in drawn_runs(sizes, [record.condition for record, *_ in moving]):
+        record, motion, gap, law = moving[number]
+        speed = np.gradient(motion, record.step)
+        panels.append(loop_panel(record.name, motion, gap, speed, law=law if effects else None))
     return (_picture(names[k], effects, tuple(panels)),) if panels else ()
 
 

@@ -27,7 +27,6 @@ from carrierflex.simulation.sensing import delayed, reading
 _RATE_WINDOW = 0.5
 #: Stiffness of the baseline over the rig's nominal one.
 _STIFFNESS_RANGE = (0.02, 30.0)
-_SEED = 3
 #: Shapes of a user's law that are tried, over the scale of the card.
 USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 #: Channel of each effect of one sensor.

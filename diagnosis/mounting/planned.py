@@ -16,7 +16,7 @@ from carrierflex.diagnosis.mounting.problem import (
     trial_loads,
 )
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.mounting.signatures import Column, signature_columns, signature_rows
+from carrierflex.diagnosis.mounting.signatures import signature_columns, signature_rows
 
 #: Shares of the limits at which loads could be added, and of the length of every run.
 _SHARES = (0.25, 0.5, 1.0)
@@ -76,14 +76,9 @@ def mounting_planned_table(
     every = signature_columns(problem.model)
     contained = [column for column in every if column.effect in problem.model.contained]
     columns = [column for column in every if column.effect in problem.cards]
-    amplitudes = {
-        (effect, parameter.name): parameter
-        for effect in problem.model.cards
-        for parameter in bare.model.parameters((effect,))[2:]
-    }
     size = np.array(
         [1.0, *(column.scale for column in bare.parameters(()))]
-        + [amplitudes[_key(column)].scale for column in (*contained, *columns)]
+        + [column.amplitude.scale for column in (*contained, *columns)]
     )
     grams = []
     runs = []
@@ -113,7 +108,7 @@ def mounting_planned_table(
         tuple(Signature(*key, tuple(numbers)) for key, numbers in variants.items()),
         {
             column.effect: ScaledParameter(
-                column.amplitude, amplitudes[_key(column)].unit, amplitudes[_key(column)].scale
+                column.amplitude.name, column.amplitude.unit, column.amplitude.scale
             )
             for column in reversed(columns)
         },
@@ -124,7 +119,3 @@ def mounting_planned_table(
         problem.model.channels,
         float(np.sqrt(np.mean(pool.records[0].noise))),
     )
-
-
-def _key(column: Column) -> tuple[str, str]:
-    return column.effect, column.amplitude

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
     Effects,
     FloatArray,
+    Parameter,
     Signatures,
     shape_starts,
     total_products,
@@ -34,16 +35,18 @@ Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
 class Column:
     """One signature."""
 
-    #: effect, amplitude: owner and parameter
-    effect: str
-    amplitude: str
-    size: float  # Value of the amplitude in the simulation
+    effect: str  # Owner
+    amplitude: Parameter  # Unknown of which it is the signature
     shapes: Mapping[str, float]  # Values of the shapes
     channel: int = -1  # Channel of an effect of one sensor; -1 otherwise
     #: Whether the shapes grow with the amplitude: a yield force, a damper. Those of a user's law
     #: stay as they are.
     shapes_follow: bool = True
-    bounds: tuple[float, float] = (-np.inf, np.inf)  # Physical bounds of the amplitude
+
+    @property
+    def size(self) -> float:
+        """Value of the amplitude in the simulation."""
+        return _SIZE * self.amplitude.scale
 
     @property
     def variant(self) -> tuple[float, ...]:
@@ -67,17 +70,7 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             values = {
                 p.name: float(np.clip(share * p.scale * growth, p.lower, p.upper)) for p in shapes
             }
-            columns.append(
-                Column(
-                    name,
-                    amplitude.name,
-                    _SIZE * amplitude.scale,
-                    values,
-                    channel,
-                    shapes_follow=follow,
-                    bounds=(amplitude.lower, amplitude.upper),
-                )
-            )
+            columns.append(Column(name, amplitude, values, channel, follow))
     return tuple(columns)
 
 
@@ -104,7 +97,7 @@ def signature_rows(
         rows.append(np.zeros_like(start) if model.fixed else change / step[k])
     for column in columns:
         effects = (column.effect,)
-        values = {**column.shapes, column.amplitude: column.size}
+        values = {**column.shapes, column.amplitude.name: column.size}
         parameters = bare.parameters(effects)[2:]
         theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
         choice = {column.effect: column.channel}
@@ -138,13 +131,15 @@ def mounting_signatures(
 def solutions(signatures: Signatures[Column], effects: Effects, known: Known) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and their channels."""
     results = []
-    for base, values in signatures.solutions(effects, lambda column: column.bounds):
+    for base, values in signatures.solutions(
+        effects, lambda column: (column.amplitude.lower, column.amplitude.upper)
+    ):
         named = {
             (BASELINE, name): known[BASELINE, name] + float(base[k])
             for k, name in enumerate(("K1", "C1"))
         }
         for column, value in values:
-            named[column.effect, column.amplitude] = value
+            named[column.effect, column.amplitude.name] = value
             # A branch of the same time, a slider of the same yield deflection, at the fitted
             # stiffness.
             growth = abs(value) / column.size if column.shapes_follow else 1.0
