@@ -71,6 +71,7 @@ class ElementScale:
 class ElementModel(ModelInTime):
     """One element under one kind of drive."""
 
+    effects = ELEMENT_EFFECTS
     #: Force drive (displacement is predicted) or displacement drive (force is predicted)
     by_force: bool
     mass: float | None  # Given mass; fitted where None
@@ -124,10 +125,6 @@ class ElementModel(ModelInTime):
             for name, powers, scale in of_states
         ]
         return unknowns + [replace(state, run=run) for run in self.states for state in states]
-
-    def measurement(self, effect: str) -> Measurement | None:
-        """The delay of the channel, or nothing of the measurement."""
-        return Measurement.DELAY if is_delay(effect) else None
 
     def _unit(self, parameter: EffectParameter) -> str:
         return self.unit_of(parameter.powers) if parameter.powers else parameter.unit
@@ -295,10 +292,10 @@ class ElementModel(ModelInTime):
                 taken = {"F_plus": value * plus, "F_minus": value * minus}
             elif effect in self.laws:
                 of_laws.setdefault(effect, []).append(value)
-            elif is_delay(effect):
+            elif self.measurement(effect) is Measurement.DELAY:
                 delay += value
             else:
-                known = ELEMENT_EFFECTS.get(effect)
+                known = self.effects.get(effect)
                 taken = dict.fromkeys(known.values_of(parameter) if known else [parameter], value)
             for name, added in taken.items():
                 simulated[name] = simulated.get(name, 0.0) + added
@@ -363,12 +360,6 @@ def values_by_effect(
     for parameter, value in zip(parameters, theta, strict=True):
         values.setdefault(parameter.effect, {})[parameter.name] = float(value)
     return values
-
-
-def is_delay(effect: str) -> bool:
-    """Whether an effect is the delay of the channel."""
-    known = ELEMENT_EFFECTS.get(effect)
-    return known is not None and known.measurement is Measurement.DELAY
 
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.

@@ -24,7 +24,7 @@ from carrierflex.diagnosis.comparison.problem import (
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel, ElementScale, is_delay
+from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
@@ -33,6 +33,7 @@ from carrierflex.identification.estimation.scaled_least_squares import (
     normal_solution,
 )
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.measurement import Measurement
 
 #: Mass, stiffness, damping and constant force of a linear element.
 _Linear = tuple[float, float, float, float]
@@ -107,7 +108,7 @@ def contained_columns(model: ElementModel) -> tuple[Column, ...]:
 
 def column_values(model: ElementModel, record: ElementRecord, column: Column) -> FloatArray:
     """Signature of one column along a record, shape (n,)."""
-    if is_delay(column.effect):
+    if model.measurement(column.effect) is Measurement.DELAY:
         sign, force = (1.0, record.drive) if model.by_force else (-1.0, record.response)
         return sign * band_limited(force, record.step, record.cutoff_hz, derivative=1)
     if column.effect == "backlash":

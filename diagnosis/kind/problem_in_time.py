@@ -38,6 +38,7 @@ from carrierflex.diagnosis.wiring.linear_records import LinearRecord, LoadAnswer
 from carrierflex.diagnosis.wiring.refits import PredictedRecord, WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.force_effect import ForceEffect
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
@@ -92,6 +93,7 @@ class _Scale(Protocol):
 class ModelInTime(ABC):
     """Parameters of a simulator in time: those of its baseline, then those of every effect."""
 
+    effects: ClassVar[Mapping[str, ForceEffect]]  # Those that the simulator has
     scale: _Scale  # Sizes of everything
     cards: Mapping[str, EffectCard]  # Library
     laws: Mapping[str, Force]  # Users' compiled laws by effect
@@ -107,9 +109,10 @@ class ModelInTime(ABC):
     def of_baseline(self) -> list[Parameter]:
         """Unknowns of the baseline."""
 
-    @abstractmethod
     def measurement(self, effect: str) -> Measurement | None:
         """Part of the measurement model that an effect is."""
+        known = self.effects.get(effect)
+        return known.measurement if known else None
 
     def predicted_together(
         self, effects: Effects, runs: Sequence[tuple[Any, Sequence[FloatArray]]], refined: int

@@ -61,6 +61,7 @@ class MountingScale:
 class MountingModel(ModelInTime):
     """Linear bushings and every effect of the contract."""
 
+    effects = MOUNTING_EFFECTS
     rig: MountingRig  # Nominal rig
     sensors: tuple[str, ...]  # Sensors of the channels
     scale: MountingScale  # Sizes of everything
@@ -82,11 +83,6 @@ class MountingModel(ModelInTime):
             Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
         return [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-
-    def measurement(self, effect: str) -> Measurement | None:
-        """Part of the measurement model that an effect is."""
-        known = MOUNTING_EFFECTS.get(effect)
-        return known.measurement if known else None
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""
