@@ -29,6 +29,7 @@ from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.columns import MotionSize
 from carrierflex.diagnosis.element.force_records import ForceRecord
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
 from carrierflex.simulation.element.loop_kernels import loop_states
 from carrierflex.simulation.laws import N_STIFFNESS
 
@@ -43,8 +44,6 @@ _CURVATURE = 3e-3
 _MOST_STEPS = 30
 #: Change of the square in a step, over the square, at which a fit has settled.
 _SETTLED = 1e-4
-#: Eigenvalues of the products of unit columns, over the largest, below which columns are one.
-_SPANNED = 1e-10
 #: Largest log c: a stiffness that no motion reaches may go anywhere.
 _LARGEST_LOG = 20.0
 #: Step of log c for the derivatives.
@@ -172,6 +171,6 @@ def _span(rows: FloatArray) -> FloatArray:
     """Orthonormal columns of what some rows span, shape (n, rank)."""
     size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
     values, vectors = np.linalg.eigh((rows @ rows.T) / np.outer(size, size))
-    spanned = values > _SPANNED * values[-1]
+    spanned = values > DEPENDENT * values[-1]
     columns: FloatArray = (rows / size[:, None]).T @ vectors[:, spanned]
     return columns / np.sqrt(values[spanned])

@@ -37,6 +37,11 @@ from carrierflex.diagnosis.mounting.columns import (
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.scaled_least_squares import (
+    DEPENDENT,
+    normal_inverse,
+    normal_solution,
+)
 
 #: Place of the forces that follow.
 BUSHINGS = "bushings"
@@ -101,8 +106,6 @@ _VISITED = 2
 _LEAST_NOISE = 1e-9
 #: Squares of a row below this share are rounding of the rotation.
 _ROUNDING = 1e-20
-#: Directions of columns, and squares of a column that others leave, below which they are rounding.
-_DELAY_ROUNDING = 1e-10
 
 
 def _class_groups(model: MountingModel, known: Container[str]) -> dict[str, tuple[str, ...]]:
@@ -372,8 +375,8 @@ def _assembled(
 
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
-    A, b = total[np.ix_(columns, columns)], total[columns, 0]
-    return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
+    b = total[columns, 0]
+    return float(total[0, 0] - b @ normal_solution(total[np.ix_(columns, columns)], b))
 
 
 def _nearest_delays(
@@ -429,14 +432,10 @@ def _delay_rows(
 
 def _remaining_squares(gram: FloatArray, base: IntArray, delays: IntArray) -> FloatArray:
     """Square that each delay leaves of the gap beside some columns, shape (n_delays,)."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[base], np.finfo(float).tiny))
-    products = gram[np.ix_(base, base)] * np.outer(scale, scale)
-    inverse = np.linalg.pinv(products, rcond=_DELAY_ROUNDING, hermitian=True) * np.outer(
-        scale, scale
-    )
+    inverse = normal_inverse(gram[np.ix_(base, base)])
     taken = gram[delays][:, base] @ inverse
     square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, base], axis=1)
     product = gram[delays, 0] - taken @ gram[base, 0]
     remaining = gram[0, 0] - gram[0, base] @ inverse @ gram[base, 0]
-    is_new = square > _DELAY_ROUNDING * np.diag(gram)[delays]
+    is_new = square > DEPENDENT * np.diag(gram)[delays]
     return np.asarray(remaining - np.where(is_new, product**2 / np.where(is_new, square, 1.0), 0.0))
