@@ -9,14 +9,13 @@ from scipy.ndimage import uniform_filter1d
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import (
-    Motion,
     nearest_motion,
     participation,
     speed_noise,
     with_harmonics,
 )
 from carrierflex.diagnosis.element.noise import NoiseWeight
-from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.records import ElementRecord, Motion
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.diagnosis.kind.motion_columns import time_splines
 from carrierflex.identification.campaign.signals import band_limited

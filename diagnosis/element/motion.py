@@ -23,7 +23,7 @@ from scipy.signal import detrend
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.noise import REACH
-from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.records import ElementRecord, Motion
 from carrierflex.identification.campaign.signals import (
     HALF_WINDOW,
     pass_gain,
@@ -31,8 +31,6 @@ from carrierflex.identification.campaign.signals import (
     with_gain,
 )
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
-
-Motion = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Lines of a spectrum that one sine takes at most: two through the Hann window, two more for what
 #: grows at its beginning. Multisines and sweeps take a hundred.
@@ -183,7 +181,7 @@ def _steady_motion(record: ElementRecord) -> tuple[FloatArray, NDArray[np.bool_]
     q = record.response
     gram, right = basis.products(q, counted)
     c = normal_solution(gram, right)
-    noise = basis.residual_square(q, counted, c) / counted.size
+    noise = np.sum((q[counted] - basis.values(counted, c)) ** 2) / counted.size
     is_clear = np.ones(right.size, dtype=bool)
     for columns in basis.harmonics():
         square = float(c[columns] @ gram[columns, columns] @ c[columns])
@@ -192,7 +190,8 @@ def _steady_motion(record: ElementRecord) -> tuple[FloatArray, NDArray[np.bool_]
     clear[is_clear] = normal_solution(gram[np.ix_(is_clear, is_clear)], right[is_clear])
     inside = np.zeros(q.size, dtype=bool)
     inside[span] = True
-    return basis.motion(q.size, clear), inside
+    every = np.arange(q.size)
+    return np.array([basis.values(every, clear, order) for order in range(3)]), inside
 
 
 def _frequency_of_line(drive: FloatArray, step: float) -> float:
@@ -260,20 +259,9 @@ class _Basis:
             right += rows @ q[samples]
         return gram, right
 
-    def residual_square(self, q: FloatArray, counted: NDArray[np.int64], c: FloatArray) -> float:
-        """Square of a signal less its columns, over the samples that count."""
-        return sum(
-            float(np.sum((q[samples] - c @ self.columns(samples)) ** 2))
-            for samples in _pieces(counted)
-        )
-
-    def motion(self, n: int, c: FloatArray) -> FloatArray:
-        """Deflection, speed and acceleration at n samples, shape (3, n)."""
-        values = np.empty((3, n))
-        for samples in _pieces(np.arange(n)):
-            for order in range(3):
-                values[order, samples] = c @ self.columns(samples, order)
-        return values
+    def values(self, samples: NDArray[np.int64], c: FloatArray, order: int = 0) -> FloatArray:
+        """Derivative of some order of what coefficients make at some samples, shape (n,)."""
+        return np.concatenate([c @ self.columns(some, order) for some in _pieces(samples)])
 
 
 def _pieces(samples: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -300,33 +288,26 @@ def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementReco
     if record.in_steady_state:
         return record
     q, v = record.motion[:2]
-    omega = float(v.std() / q.std())
-    n = max(_FEWEST_COMPARED, int(_COMPARED_PERIODS * 2.0 * np.pi / (omega * record.step)))
-    starts = [record.measured_start, *_early_states(record, omega)]
-    # The drive is known between its samples by those on either side.
-    early = record.beginning(n + HALF_WINDOW)
-    squares = [_missed(model, replace(early, start=start), n) for start in starts]
-    return replace(record, start=starts[int(np.argmin(_WEIGHTS * squares))])
-
-
-def _early_states(record: ElementRecord, omega: float) -> list[tuple[float, float]]:
-    """Start at rest, and by polynomials of degree two and three through the first samples."""
-    n = max(_FEWEST_SAMPLES, round(_QUARTER * 2.0 * np.pi / (omega * record.step)))
-    first = record.response[:n]
+    period = 2.0 * np.pi * float(q.std() / v.std()) / record.step
+    first = record.response[: max(_FEWEST_SAMPLES, round(_QUARTER * period))]
     t = record.step * np.arange(first.size)
-    states = [(float(first[0]), 0.0)]
+    starts = [record.measured_start, (float(first[0]), 0.0)]
     for degree in (2, 3):
         columns = np.array([t**power for power in range(degree + 1)]).T
         q_0, v_0, *_ = np.linalg.lstsq(columns, first, rcond=None)[0].tolist()
-        states.append((q_0, v_0))
-    return states
-
-
-def _missed(model: ElementModel, record: ElementRecord, n: int) -> float:
-    """Square that the linear element leaves of the first samples; infinite where it runs away."""
+        starts.append((q_0, v_0))
     plain = replace(model, contained=())
     values = {name: getattr(model.scale, name) for name in ("m", "K1", "C1", "f0")}
     parameters = [p for p in plain.parameters(()) if p.effect == BASELINE]
     theta = np.array([np.clip(values[p.name], p.lower, p.upper) for p in parameters])
-    residual: FloatArray = (record.response - plain.predicted(record, (), theta))[:n]
-    return float(residual @ residual) if np.isfinite(residual).all() else float("inf")
+    n = max(_FEWEST_COMPARED, int(_COMPARED_PERIODS * period))
+    # The drive is known between its samples by those on either side.
+    known = slice(n + HALF_WINDOW)
+    early = replace(record, drive=record.drive[known], response=record.response[known])
+    squares = []
+    for start in starts:
+        predicted = plain.predicted(replace(early, start=start), (), theta)
+        residual = (early.response - predicted)[:n]
+        # Infinite where the element runs away.
+        squares.append(float(residual @ residual) if np.isfinite(residual).all() else np.inf)
+    return replace(record, start=starts[int(np.argmin(_WEIGHTS * np.array(squares)))])

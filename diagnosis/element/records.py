@@ -22,6 +22,8 @@ from carrierflex.identification.estimation.free_decay import released_motion
 from carrierflex.simulation.element.drives import BASE, BY_FORCE, FREE_DECAY, PER_MASS
 
 FloatArray = NDArray[np.float64]
+#: Deflection, speed and acceleration.
+Motion = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
 _PIECES = 24
@@ -52,7 +54,7 @@ class ElementRecord:
     counts: NDArray[np.bool_]  # Samples that are scored: measured and settled, shape (n,)
     block: NDArray[np.int64]  # Block of every sample; -1 where it does not count, shape (n,)
     #: Deflection, speed and acceleration in the trusted band, shape (n,)
-    motion: tuple[FloatArray, FloatArray, FloatArray]
+    motion: Motion
     cutoff_hz: float  # End of the usable band
     period: int  # Samples a period; 0 where the drive is not periodic
     in_steady_state: bool  # Whether the record starts in the steady state of a periodic drive
@@ -139,20 +141,6 @@ class ElementRecord:
         of = released_motion if self.is_released else _motion
         motion = of(response, self.step, self.cutoff_hz)
         return replace(self, response=response, motion=motion, gap=None)
-
-    def beginning(self, n: int) -> "ElementRecord":
-        """Copy of the first `n` samples."""
-        q, v, a = self.motion
-        return replace(
-            self,
-            drive=self.drive[:n],
-            response=self.response[:n],
-            counts=self.counts[:n],
-            block=self.block[:n],
-            motion=(q[:n], v[:n], a[:n]),
-            gap=None if self.gap is None else self.gap[:n],
-            base=None if self.base is None else self.base[:n],
-        )
 
 
 def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
@@ -289,10 +277,6 @@ def prepared_record(
             left_out = min(int(np.ceil(edge)), most)
             inner[span.start + left_out : span.stop - left_out] = True
         counts = counts & inner
-    motion = (released_motion if is_released else _motion)(deflection, step, cutoff)
-    if is_released:
-        # The force that a free decay balances is that of inertia.
-        force = -motion[2]
     return ElementRecord(
         name=names[0],
         condition=names[1],
@@ -301,7 +285,7 @@ def prepared_record(
         response=response,
         counts=counts,
         block=_blocks(counts, period, n_blocks),
-        motion=motion,
+        motion=(released_motion if is_released else _motion)(deflection, step, cutoff),
         cutoff_hz=cutoff,
         period=period,
         in_steady_state=in_steady_state,
@@ -309,9 +293,7 @@ def prepared_record(
     )
 
 
-def _motion(
-    deflection: FloatArray, step: float, cutoff: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _motion(deflection: FloatArray, step: float, cutoff: float) -> Motion:
     q, v, a = (band_limited(deflection, step, cutoff, derivative=order) for order in (0, 1, 2))
     return q, v, a
 
