@@ -10,7 +10,7 @@ the mass is at rest and accelerates at once; the band makes a speed of that, who
 gap at the beginning of the run. The start is therefore chosen by what follows it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import comb
 
@@ -177,21 +177,47 @@ def _steady_motion(record: ElementRecord) -> tuple[FloatArray, NDArray[np.bool_]
     )
     if highest < 1:
         return None
-    basis = _Basis(omega, record.step, float(counted[0]), float(counted[-1]), highest)
+    # A constant, and harmonics times powers of time from -1 to 1 over the samples that count.
+    width = 2 * _TERMS
+    harmonics = [slice(1 + k * width, 1 + (k + 1) * width) for k in range(highest)]
+    half, middle = 0.5 * (counted[-1] - counted[0]), 0.5 * (counted[-1] + counted[0])
+    rate = 1.0 / (half * record.step)
+
+    def columns(samples: NDArray[np.int64], order: int = 0) -> FloatArray:
+        """Derivative of some order of every column at some samples, shape (n_columns, n)."""
+        u = (samples - middle) / half
+        P = [polyval(u, polyder(np.eye(_TERMS), j)) * rate**j for j in range(order + 1)]
+        rows = np.empty((1 + width * highest, u.size))
+        rows[0] = 1.0 if order == 0 else 0.0
+        for k, of_harmonic in enumerate(harmonics, start=1):
+            turn = 1j * k * omega
+            # Product rule: (P e)'' = P'' e + 2 P' e' + P e''.
+            heights = sum(comb(order, j) * P[j] * turn ** (order - j) for j in range(order + 1))
+            wave = heights * np.exp(turn * record.step * samples)
+            rows[of_harmonic] = np.concatenate([wave.real, wave.imag])
+        return rows
+
+    def values(samples: NDArray[np.int64], c: FloatArray, order: int = 0) -> FloatArray:
+        """Derivative of some order of what coefficients make at some samples, shape (n,)."""
+        return np.concatenate([c @ columns(some, order) for some in _pieces(samples)])
+
     q = record.response
-    gram, right = basis.products(q, counted)
+    gram, right = np.zeros((1 + width * highest,) * 2), np.zeros(1 + width * highest)
+    for samples in _pieces(counted):
+        rows = columns(samples)
+        gram += rows @ rows.T
+        right += rows @ q[samples]
     c = normal_solution(gram, right)
-    noise = np.sum((q[counted] - basis.values(counted, c)) ** 2) / counted.size
+    noise = np.sum((q[counted] - values(counted, c)) ** 2) / counted.size
     is_clear = np.ones(right.size, dtype=bool)
-    for columns in basis.harmonics():
-        square = float(c[columns] @ gram[columns, columns] @ c[columns])
-        is_clear[columns] = square > _CLEAR * noise * (columns.stop - columns.start)
+    for of_harmonic in harmonics:
+        square = float(c[of_harmonic] @ gram[of_harmonic, of_harmonic] @ c[of_harmonic])
+        is_clear[of_harmonic] = square > _CLEAR * noise * width
     clear = np.zeros(right.size)
     clear[is_clear] = normal_solution(gram[np.ix_(is_clear, is_clear)], right[is_clear])
     inside = np.zeros(q.size, dtype=bool)
     inside[span] = True
-    every = np.arange(q.size)
-    return np.array([basis.values(every, clear, order) for order in range(3)]), inside
+    return np.array([values(np.arange(q.size), clear, order) for order in range(3)]), inside
 
 
 def _frequency_of_line(drive: FloatArray, step: float) -> float:
@@ -209,59 +235,6 @@ def _frequency_of_line(drive: FloatArray, step: float) -> float:
         first, second = window @ turning[:half], window @ turning[-half:]
         omega += float(np.angle(second * np.conj(first))) / apart
     return omega
-
-
-@dataclass(frozen=True)
-class _Basis:
-    """A constant and harmonics times powers of time from -1 to 1 over the samples that count."""
-
-    omega: float
-    step: float
-    first: float
-    last: float
-    highest: int
-
-    @property
-    def size(self) -> int:
-        """Number of columns."""
-        return 1 + 2 * _TERMS * self.highest
-
-    def harmonics(self) -> list[slice]:
-        """Columns of each harmonic."""
-        width = 2 * _TERMS
-        return [slice(1 + k * width, 1 + (k + 1) * width) for k in range(self.highest)]
-
-    def columns(self, samples: NDArray[np.int64], order: int = 0) -> FloatArray:
-        """Derivative of some order of every column at some samples, shape (n_columns, n)."""
-        half = 0.5 * (self.last - self.first)
-        u = (samples - 0.5 * (self.first + self.last)) / half
-        rate = 1.0 / (half * self.step)
-        P = [
-            polyval(u, polyder(np.eye(_TERMS), derivative)) * rate**derivative
-            for derivative in range(order + 1)
-        ]
-        rows = np.empty((self.size, u.size))
-        rows[0] = 1.0 if order == 0 else 0.0
-        for k, columns in enumerate(self.harmonics(), start=1):
-            turn = 1j * k * self.omega
-            # Product rule: (P e)'' = P'' e + 2 P' e' + P e''.
-            heights = sum(comb(order, j) * P[j] * turn ** (order - j) for j in range(order + 1))
-            wave = heights * np.exp(turn * self.step * samples)
-            rows[columns] = np.concatenate([wave.real, wave.imag])
-        return rows
-
-    def products(self, q: FloatArray, counted: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-        """Products of the columns with each other and with a signal, over what counts."""
-        gram, right = np.zeros((self.size, self.size)), np.zeros(self.size)
-        for samples in _pieces(counted):
-            rows = self.columns(samples)
-            gram += rows @ rows.T
-            right += rows @ q[samples]
-        return gram, right
-
-    def values(self, samples: NDArray[np.int64], c: FloatArray, order: int = 0) -> FloatArray:
-        """Derivative of some order of what coefficients make at some samples, shape (n,)."""
-        return np.concatenate([c @ self.columns(some, order) for some in _pieces(samples)])
 
 
 def _pieces(samples: NDArray[np.int64]) -> list[NDArray[np.int64]]:
