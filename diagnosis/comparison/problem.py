@@ -146,10 +146,13 @@ class Signatures(Generic[Column]):
         effects: Effects,
         bounds: Callable[[Column], tuple[float, float]],
         base_lower: float | FloatArray = -np.inf,
+        *,
+        solve: Callable[..., FloatArray] = bounded_solution,
     ) -> list[tuple[FloatArray, list[tuple[Column, float]]]]:
         """Least-squares values of baseline and columns over the variants of effects, best first.
 
-        `bounds` are those of a column's value, `base_lower` the lower ones of the baseline's.
+        `bounds` are those of a column's value, `base_lower` the lower ones of the baseline's;
+        `solve` gives values from products, right side, lower and upper bounds.
         """
         first = 1 + self.n_base
         by_effect = []
@@ -168,7 +171,7 @@ class Signatures(Generic[Column]):
             limits[: self.n_base, 0] = base_lower
             limits[self.n_base :] = np.reshape([bounds(column) for column in columns], (-1, 2))
             matrix, right = self.gram[np.ix_(rows, rows)], self.gram[rows, 0]
-            solution = bounded_solution(matrix, right, *limits.T)
+            solution = solve(matrix, right, *limits.T)
             square = self.gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
             values = zip(columns, solution[self.n_base :].tolist(), strict=True)
             fits.append((square, (solution[: self.n_base], list(values))))

@@ -7,7 +7,7 @@ and the load map answer through the housing; where the map moves what the baseli
 axial guide) that motion shows at once, and loads the bushings besides.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -396,27 +396,35 @@ def channel_column(run: BushingMotion, channel: int, values: FloatArray | float)
     return column
 
 
+#: Laws that are no forces of the bushings: signals of a run for unit amplitude.
+_SIGNALS: Mapping[str, Callable[[BushingMotion], FloatArray]] = {
+    "sensor_gain": lambda run: np.array(
+        [channel_column(run, k, signal) for k, signal in enumerate(run.signals)]
+    ),
+    "sensor_zero": lambda run: np.array(
+        [channel_column(run, k, 1.0) for k in range(len(run.signals))]
+    ),
+    "sensor_delay": lambda run: delay_columns(run, "all", DELAYS)[:, None],
+    "parasitic_torque": lambda run: load_columns(run, "torque_from_load")[None, 1:],
+    "ntl_direction": lambda run: load_columns(run, "direction")[None, :1],
+    "axial_bushing_stiffness": lambda run: axial_column(run)[None],
+    "main_bearing_compliance": lambda run: bearing_column(run)[None],
+    "unequal_bushings": lambda run: unequal_column(run)[None],
+}
+#: Laws of one shape: force over deflection and speed.
+_FORCES: Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
+    "cubic_stiffness": lambda u, v: u**3,
+    "quintic_stiffness": lambda u, v: u**5,
+    "deflection_dependent_damping": lambda u, v: u**2 * v,
+}
+
+
 def law_signals(
     model: MountingModel, size: BushingSize, run: BushingMotion, law: str
 ) -> FloatArray:
     """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n)."""
-    channels = range(len(model.channels))
-    if law == "sensor_gain":
-        return np.array([channel_column(run, k, run.signals[k]) for k in channels])
-    if law == "sensor_zero":
-        return np.array([channel_column(run, k, 1.0) for k in channels])
-    if law == "sensor_delay":
-        return delay_columns(run, "all", DELAYS)[:, None]
-    if law == "parasitic_torque":
-        return load_columns(run, "torque_from_load")[None, 1:]
-    if law == "ntl_direction":
-        return load_columns(run, "direction")[None, :1]
-    if law == "axial_bushing_stiffness":
-        return axial_column(run)[None]
-    if law == "main_bearing_compliance":
-        return bearing_column(run)[None]
-    if law == "unequal_bushings":
-        return unequal_column(run)[None]
+    if law in _SIGNALS:
+        return _SIGNALS[law](run)
     forces = law_forces(model, size, run, law)
     signals = run.signals_of_bushings(forces.reshape(-1, *forces.shape[2:]))
     return signals.reshape(*forces.shape[:2], *run.signals.shape)
@@ -424,20 +432,15 @@ def law_signals(
 
 def law_forces(model: MountingModel, size: BushingSize, run: BushingMotion, law: str) -> FloatArray:
     """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n)."""
-    u, v = run.u, run.v
-    if law == "cubic_stiffness":
-        return (u**3)[None, None]
-    if law == "quintic_stiffness":
-        return (u**5)[None, None]
-    if law == "deflection_dependent_damping":
-        return (u**2 * v)[None, None]
+    if law in _FORCES:
+        return _FORCES[law](run.u, run.v)[None, None]
     if law == "fluid_branch":
         return _branches(run, _LAW_TAUS * run.step)[:, None]
     if law == "elasto_plastic_friction":
         return _stop_forces(run, _LAW_YIELDS * size.deflection)[:, None]
     if law in model.measured:
         laws = packed_laws([(model.measured[law], 1.0)])
-        return bushing_forces(laws, u, v, run.step)[None, None]
+        return bushing_forces(laws, run.u, run.v, run.step)[None, None]
     return _user_forces(model, run, law)
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import cont2discrete, lfilter
 
@@ -149,6 +150,15 @@ class BushingMotion:
     def time(self) -> FloatArray:
         """Time from the first sample [s]."""
         return self.step * np.arange(self.loads.shape[0], dtype=np.float64)
+
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """Block of every sample of the even grid, shape (n,)."""
+        inputs, block = self.record.inputs, self.record.block
+        if inputs.uniform:
+            return block
+        samples = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
+        return np.asarray(block[samples])
 
     def zeroed(self, values: FloatArray) -> FloatArray:
         """Values less their mean over the samples of the zero, over the last axis."""

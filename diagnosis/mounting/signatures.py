@@ -22,6 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
 #: Size of an effect in its signature, in scales of its parameter.
@@ -132,7 +133,9 @@ def solutions(signatures: Signatures[Column], effects: Effects, known: Known) ->
     """Least-squares values over the variants of the effects, best first, and their channels."""
     results = []
     for base, values in signatures.solutions(
-        effects, lambda column: (column.amplitude.lower, column.amplitude.upper)
+        effects,
+        lambda column: (column.amplitude.lower, column.amplitude.upper),
+        solve=_within_bounds,
     ):
         named = {
             (BASELINE, name): known[BASELINE, name] + float(base[k])
@@ -148,3 +151,17 @@ def solutions(signatures: Signatures[Column], effects: Effects, known: Known) ->
         channels = {column.effect: column.channel for column, _ in values if column.channel >= 0}
         results.append((named, channels))
     return results
+
+
+def _within_bounds(
+    gram: FloatArray, right: FloatArray, lower: FloatArray, upper: FloatArray
+) -> FloatArray:
+    """Least squares of what lies within its bounds, shape (n,); the others are off."""
+    values, active = np.zeros(right.size), np.arange(right.size)
+    while True:
+        solution = normal_solution(gram[np.ix_(active, active)], right[active])
+        is_inside = (solution >= lower[active]) & (solution <= upper[active])
+        if is_inside.all():
+            values[active] = solution
+            return values
+        active = active[is_inside]

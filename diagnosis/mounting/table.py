@@ -187,7 +187,7 @@ def mounting_table(
     for number, run in enumerate(motions):
         rows = columns.along(run, turn * weights)
         counts = _counting(run, limit)
-        block = _block_of_grid(run)
+        block = run.block
         noise = float(np.sum((run.record.noise + run.record.zero_noise) * weights**2))
         for b in range(run.record.n_blocks):
             chosen = counts & (block == b)
@@ -210,15 +210,6 @@ def mounting_table(
 def _counting(run: BushingMotion, reach: float) -> BoolArray:
     """Samples that count: all channels measured, no bushing farther than two folds visit."""
     return np.asarray(np.isfinite(run.gap).all(axis=0) & (np.abs(run.u).max(axis=(0, 1)) <= reach))
-
-
-def _block_of_grid(run: BushingMotion) -> IntArray:
-    """Block of every sample of the even grid."""
-    inputs = run.record.inputs
-    if inputs.uniform:
-        return run.record.block
-    samples = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
-    return np.asarray(run.record.block[samples])
 
 
 def _channel_space(
@@ -255,7 +246,7 @@ def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     """Deflection that the blocks of two folds reach: beyond it all scores extrapolate."""
     largest = np.zeros(n_folds)
     for number, run in enumerate(motions):
-        fold = (_block_of_grid(run) + number) % n_folds
+        fold = (run.block + number) % n_folds
         deflection = np.abs(run.u).max(axis=(0, 1))
         for f in range(n_folds):
             largest[f] = max(largest[f], deflection[fold == f].max(initial=0.0))
