@@ -433,32 +433,26 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
 
 def beyond_visited(law: Law, records: Sequence[ElementRecord]) -> tuple[CampaignWarning, ...]:
     """Warnings where records leave the range in which a law was measured; empty where none does."""
-    is_dissipation = law.effect_class == DISSIPATION
-    ranges = [(np.array(ends), False) for ends in law.visited.values()]
-    ranges += [(table.x, is_dissipation) for table in law.of(Table)]
+    speed = 1 if law.effect_class == DISSIPATION else 0
+    ranges = [(np.array(ends), 0) for ends in law.visited.values()]
+    ranges += [(table.x, speed) for table in law.of(Table)]
     for surface in law.of(Surface):
-        ranges += [(surface.x, False), (surface.v, True)]
-    warnings = [_beyond(law, records, ends, along_speed=is_speed) for ends, is_speed in ranges]
-    return tuple(warning for warning in warnings if warning is not None)
-
-
-def _beyond(
-    law: Law, records: Sequence[ElementRecord], table: FloatArray, *, along_speed: bool
-) -> CampaignWarning | None:
-    """Warning where deflection or speed of the records leaves a table."""
-    motion = 1 if along_speed else 0
-    # Where samples count: the measured motion may hold a run-in.
-    runs = [record.motion[motion][record.block >= 0] for record in records]
-    values = np.concatenate(runs)
-    outside = (values < table[0]) | (values > table[-1])
-    if not outside.any():
-        return None
-    farthest = int(np.argmax([max(table[0] - x.min(), x.max() - table[-1]) for x in runs]))
-    return visited_range_warning(
-        law,
-        share=float(np.mean(outside)),
-        reached=values,
-        table=table,
-        unit=f"{law.units[1]}/s" if along_speed else law.units[1],
-        run=records[farthest].name,
-    )
+        ranges += [(surface.x, 0), (surface.v, 1)]
+    warnings = []
+    for visited, motion in ranges:
+        # Where samples count: the measured motion may hold a run-in.
+        runs = [record.motion[motion][record.block >= 0] for record in records]
+        values = np.concatenate(runs)
+        outside = (values < visited[0]) | (values > visited[-1])
+        beyond = [max(visited[0] - x.min(), x.max() - visited[-1]) for x in runs]
+        if outside.any():
+            warning = visited_range_warning(
+                law,
+                share=float(np.mean(outside)),
+                reached=values,
+                table=visited,
+                unit=f"{law.units[1]}/s" if motion else law.units[1],
+                run=records[int(np.argmax(beyond))].name,
+            )
+            warnings.append(warning)
+    return tuple(warnings)

@@ -72,11 +72,16 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
             rivals.append(_exchanged(problem, order, loads))
-    reversed_channels = _reversed_channels(measured, predicted.sum(axis=0))
-    if reversed_channels.size:
-        sign = np.where(np.isin(np.arange(len(names)), reversed_channels), -1.0, 1.0)
+    # Channels that read the other sign of what is predicted, where most do not.
+    sum_of_loads = predicted.sum(axis=0)
+    known_rows = np.isfinite(measured).all(axis=1) & np.isfinite(sum_of_loads).all(axis=1)
+    signals, answers = measured[known_rows], sum_of_loads[known_rows]
+    size = np.maximum(np.square(answers).sum(axis=0), 1e-300)
+    is_reversed = (signals * answers).sum(axis=0) / size < _TURNED
+    if 0 < 2 * np.count_nonzero(is_reversed) < is_reversed.size:
+        sign = np.where(is_reversed, -1.0, 1.0)
         square = _refitted(problem, lambda record: replace(record, measured=sign * record.measured))
-        about = ", ".join(names[k] for k in reversed_channels)
+        about = ", ".join(names[k] for k in np.flatnonzero(is_reversed))
         line = key_of("[[channels]]", about)
         rivals.append(WiringRival(POLARITY, about, f"{about} of the other sign", square, line))
     gains = _gain_rivals(problem, measured)
@@ -148,15 +153,6 @@ def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[s
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
     line = key_of("[[channels]]", "sensor")
     return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", square, line)
-
-
-def _reversed_channels(measured: FloatArray, predicted: FloatArray) -> NDArray[np.int64]:
-    """Channels that read the other sign of what is predicted, where most do not."""
-    known = np.isfinite(measured).all(axis=1) & np.isfinite(predicted).all(axis=1)
-    signals, answers = measured[known], predicted[known]
-    factors = (signals * answers).sum(axis=0) / np.maximum(np.square(answers).sum(axis=0), 1e-300)
-    turned = np.flatnonzero(factors < _TURNED)
-    return turned if 2 * turned.size < factors.size else turned[:0]
 
 
 def _answers(
