@@ -37,7 +37,6 @@ from carrierflex.diagnosis.gap.findings import (
     Exponent,
     Finding,
     GapFindings,
-    GapMoment,
     PartGrowth,
     Scalar,
     exponents,
@@ -133,14 +132,9 @@ class ElementGap:
 
     def findings(self) -> GapFindings:
         """Where the gap lies, in time, what does not repeat, growth and parity of an element."""
-        moments: list[GapMoment] = []
         trends: list[DriftTable] = []
         scattered: list[ScatterTable] = []
         for record, residual in zip(self.records, self.residuals, strict=True):
-            is_measured = np.ones((residual.size, 1), dtype=bool)
-            moments += block_rms(
-                record.name, record.time, record.block, residual[:, None], is_measured
-            )
             trends.append(_drifts(record, residual, self.channel))
             of_channel = record.noise if self.is_declared else float("nan")
             scattered += _scatter(record, residual, self.channel, of_channel)
@@ -155,7 +149,7 @@ class ElementGap:
         return GapFindings(
             where=_where(self.cells, "deflection" if self.model.by_force else "force", exponent),
             numbered_by=LINES,
-            in_time=tuple(moments),
+            in_time=block_rms(self.records, self.residuals),
             drifts=significant_drifts(trends),
             non_synchronous=rows,
             repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "period"),

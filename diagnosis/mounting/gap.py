@@ -19,7 +19,6 @@ from carrierflex.diagnosis.gap.findings import (
     Finding,
     FollowedLoad,
     GapFindings,
-    GapMoment,
     PartGrowth,
     Scalar,
     exponents,
@@ -132,11 +131,6 @@ class MountingGap:
 
     def findings(self) -> GapFindings:
         """Findings but for trends in time, which loads that change in time make too."""
-        moments: list[GapMoment] = []
-        for record, residual in zip(self.records, self.residuals, strict=True):
-            moments += block_rms(
-                record.name, record.time, record.block, residual, record.is_measured
-            )
         pairs = combinations(range(len(self.records)), 2)
         rows = significant_non_synchronous(
             [
@@ -148,7 +142,7 @@ class MountingGap:
         return GapFindings(
             where=self._where(),
             numbered_by=MOTION_BANDS,
-            in_time=tuple(moments),
+            in_time=block_rms(self.records, self.residuals),
             non_synchronous=rows,
             repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "repeat"),
             growth=self._growth(),
