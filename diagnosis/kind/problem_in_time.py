@@ -469,7 +469,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
         """Residuals of a set of effects as a function of its parameters."""
-        predicted = self.simulator(effects)
 
         def remaining(record: T, response: FloatArray) -> FloatArray:
             """Measured less predicted; zero where nothing was measured."""
@@ -478,11 +477,10 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             return np.where(record.is_measured, record.measured - response, 0.0)
 
         def residuals(runs: Sequence[tuple[T, Sequence[FloatArray]]]) -> list[list[FloatArray]]:
+            responses = self._responses(effects, runs)
             return [
-                [remaining(record, response) for response in responses]
-                for (record, _), responses in zip(
-                    runs, self._responses(effects, predicted, runs), strict=True
-                )
+                [remaining(record, response) for response in of_run]
+                for (record, _), of_run in zip(runs, responses, strict=True)
             ]
 
         return DifferencedResiduals(
@@ -493,33 +491,29 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         self, effects: Effects, theta: FloatArray, *, refined: int = 1
     ) -> list[FloatArray]:
         """Prediction of every run."""
-        runs = [(record, [theta]) for record in self.records]
-        predicted = self.simulator(effects)
-        responses = self._responses(effects, predicted, runs, refined=refined)
+        responses = self._responses(
+            effects, [(record, [theta]) for record in self.records], refined
+        )
         return [response for (response,) in responses]
 
     def _responses(
         self,
         effects: Effects,
-        predicted: Callable[[T, FloatArray, int], FloatArray],
         runs: Sequence[tuple[T, Sequence[FloatArray]]],
-        *,
         refined: int = 1,
     ) -> list[list[FloatArray]]:
         """Predictions of some records, each by some parameter sets: in one pass, or in threads."""
         together = self.model.predicted_together(effects, runs, refined)
         if together is not None:
             return together
-        calls = [(record, theta) for record, sets in runs for theta in sets]
-        n_samples = sum(record.measured.size for record in self.records)
-        if n_samples < _THREADED:
-            responses = iter([predicted(record, theta, refined) for record, theta in calls])
+        predicted = self.simulator(effects)
+        calls = [(record, theta, refined) for record, sets in runs for theta in sets]
+        if sum(record.measured.size for record in self.records) < _THREADED:
+            responses = iter([predicted(*call) for call in calls])
         else:
             # The compiled motion runs without the interpreter's lock.
             with ThreadPoolExecutor(os.cpu_count()) as threads:
-                responses = iter(
-                    [*threads.map(lambda call: predicted(call[0], call[1], refined), calls)]
-                )
+                responses = iter([*threads.map(lambda call: predicted(*call), calls)])
         return [[next(responses) for _ in sets] for _, sets in runs]
 
 

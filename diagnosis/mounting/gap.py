@@ -80,17 +80,15 @@ def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
 class MountingGap:
     """Gap of a model of a mounting: its map, findings and scalars."""
 
+    model: MountingModel  # Parameters and simulator
     records: Sequence[MountingRecord]  # Runs
     #: Gap of every run, zero where nothing was measured, shape (n, n_channels)
     residuals: Sequence[FloatArray]
-    #: sensors, channels: sensor and name of every channel
-    sensors: Sequence[str]
-    channels: Sequence[str]
 
     @cached_property
     def patterns(self) -> tuple[tuple[str, ...], FloatArray]:
         """Names of the motions, and their matrix over the channels."""
-        return _pattern_matrix(self.sensors, self.channels)
+        return _pattern_matrix(self.model.sensors, self.model.channels)
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:

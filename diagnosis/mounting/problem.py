@@ -115,8 +115,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
 
     def gap(self, effects: Effects, theta: FloatArray) -> MountingGap:
         """Gap by motion, band and run."""
-        residuals = self.residuals(effects, theta)
-        return MountingGap(self.records, residuals, self.model.sensors, self.model.channels)
+        return MountingGap(self.model, self.records, self.residuals(effects, theta))
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
