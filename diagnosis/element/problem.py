@@ -280,8 +280,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
         def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
-            problem = _problem_of_records(other, shapes)
-            return mean_square_of(problem.for_laws(laws), laws)
+            return mean_square_of(_problem_of_records(other, shapes).for_laws(laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -289,9 +288,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
-            with_laws=lambda laws, values, shapes: self.wiring_beside(
-                laws, shapes, lambda other: refitted(other, laws, shapes)
-            ),
+            with_laws=partial(self.wiring_beside, refitted),
         )
 
     @cached_property

@@ -451,14 +451,18 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         return ()
 
     def wiring_beside(
-        self, laws: Effects, shapes: Sequence[Law], refitted: Callable[[Campaign], float]
+        self,
+        refitted: Callable[[Campaign, Effects, Sequence[Law]], float],
+        laws: Effects,
+        values: Mapping[tuple[str, str], float],
+        shapes: Sequence[Law],
     ) -> WiringChecks:
         """What can be tried with laws in the model; a law of a file is in no other campaign's."""
         if set(laws) & set(self.brought):
             return WiringChecks.none()
         return replace(
             WiringChecks.none(),
-            refitted=refitted,
+            refitted=lambda other: refitted(other, laws, shapes),
             linear=lambda theta: self.with_laws(shapes).linear_records(theta, laws),
         )
 

@@ -238,9 +238,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             self.predictions,
             refitted,
             self.linear_records,
-            with_laws=lambda laws, values, shapes: self.wiring_beside(
-                laws, shapes, lambda other: refitted(other, laws, shapes)
-            ),
+            with_laws=partial(self.wiring_beside, refitted),
         )
 
     def choice(self, effects: Effects) -> Choice:
