@@ -15,7 +15,7 @@ from carrierflex.diagnosis.element.motion import (
     with_harmonics,
 )
 from carrierflex.diagnosis.element.noise import NoiseWeight
-from carrierflex.diagnosis.element.records import ElementRecord, Motion
+from carrierflex.diagnosis.element.records import BLOCKS, ElementRecord, Motion
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.diagnosis.kind.motion_columns import time_splines
 from carrierflex.identification.campaign.signals import band_limited
@@ -32,11 +32,10 @@ _CLEAR_SPEED = 10.0
 #: then in the harmonics of the force, and the force's band is not limited.
 _NARROW = 0.15
 _WIDEST = 0.95
-#: Blocks of all runs, and of a sweep or decay for each of these. A block that is held out must hold
-#: no amplitude that the others do not: of 24 blocks of a sweep one holds the resonance, and its
-#: score is that of an extrapolation. Elsewhere long blocks keep what is slow from being
-#: interpolated between neighbours.
-_BLOCKS = 24
+#: Blocks of a sweep or decay for each of another run. A block that is held out must hold no
+#: amplitude that the others do not: of 24 blocks of a sweep one holds the resonance, and its score
+#: is that of an extrapolation. Elsewhere long blocks keep what is slow from being interpolated
+#: between neighbours.
 IN_TIME = 4
 #: Times as long as the passage through rest at the RMS of the acceleration from which a mass stands
 #: still rather than turns round, and samples at least.
@@ -115,7 +114,7 @@ def force_records(
     model: ElementModel, records: Sequence[ElementRecord], *, finer: int = 1
 ) -> tuple[ForceRecord, ...]:
     """Runs in force space that hold enough samples; `finer` are the blocks for each usual one."""
-    n_blocks = max(2, round(finer * _BLOCKS / len(records)))
+    n_blocks = max(2, round(finer * BLOCKS / len(records)))
     runs = []
     for record in records:
         block = _blocks(record, n_blocks, _in_band(model, record))

@@ -28,6 +28,7 @@ from carrierflex.diagnosis.element.signatures import (
 )
 from carrierflex.diagnosis.gap.findings import (
     BAND,
+    CLEAR,
     EVEN,
     LINES,
     NO_ODD_DRIVE,
@@ -65,8 +66,6 @@ from carrierflex.diagnosis.gap.in_time import (
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 _SCATTER_BANDS = 12
-#: Unexplained force in blocks where it is this many times the noise shows its growth with speed.
-_CLEAR = 2.0
 #: Even (or odd) lines count as not driven below this share of the drive's power.
 _NOT_DRIVEN = 0.01
 #: The gap counts as odd, or even, from this share on lines of that parity.
@@ -142,7 +141,7 @@ class ElementGap:
         blocks = _block_forces(self.model, self.records)
         exponent = _growth_exponent(blocks)
         # With speed at equal deflection, where the blocks tell the two apart.
-        is_clear = blocks.residual > _CLEAR * blocks.noise
+        is_clear = blocks.residual > CLEAR * blocks.noise
         size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))[is_clear]
         motion = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
         of_speed = exponents(size, blocks.noise[is_clear], motion)[SPEED]
@@ -286,7 +285,7 @@ def _growth_exponent(blocks: _BlockForces) -> Exponent:
     the low-amplitude blocks, the share s that no linear element takes up, and what the linear share
     has grown since. c, s, p and f are fitted to log r.
     """
-    if np.count_nonzero(blocks.residual > _CLEAR * blocks.noise) < _FEWEST_POINTS:
+    if np.count_nonzero(blocks.residual > CLEAR * blocks.noise) < _FEWEST_POINTS:
         return undetermined(len(blocks.residual), "no unexplained force is above the noise")
     if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
         return undetermined(len(blocks.residual), "deflection does not vary")

@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
-_PIECES = 24
+BLOCKS = 24
 _FEWEST_IN_BLOCK = 64
 #: Periods of the usable band's end that a derivative needs on either side, and the share of a
 #: record they may take at either end.
@@ -151,7 +151,7 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
         for input_name, values in run.inputs.items():
             _refuse_empty(run, values, input_name)
         _refuse_empty(run, run.signals[channel.name], channel.name)
-    n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
+    n_blocks = max(2, min(12, round(BLOCKS / len(campaign.runs))))
     settle = int(campaign.rig.get("settle_samples", 0))
     return tuple(
         _record(

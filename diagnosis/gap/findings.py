@@ -21,6 +21,8 @@ _SPAN = 1.3
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
 _SEPARATE_SHARE = 0.3
+#: A gap in a block shows its growth where it is this many times the noise.
+CLEAR = 2.0
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
 

@@ -25,6 +25,7 @@ from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
 from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import NO_CLASS, NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.mounting.columns import ACTING
 from carrierflex.diagnosis.mounting.motion import N_FREE
 from carrierflex.diagnosis.mounting.shapes import measured_shape
 from carrierflex.diagnosis.mounting.table import (
@@ -43,9 +44,7 @@ from carrierflex.diagnosis.mounting.table import (
     MountingTable,
 )
 
-#: Loads in words, and the share of the largest load's motion below which one is absent.
 _LOADS = ("a torque", "a sideways load", "a vertical load")
-_ABSENT = 0.1
 #: Share of the lowest frequency at which inertia takes a quarter of a load.
 _QUICK = 0.5
 #: Share of a map that a law of its kind explains, at least: of a map beside which none does, the
@@ -121,7 +120,7 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
         loads = motion.loads - motion.loads[0]
         moved += np.square(loads).mean(axis=0) * np.square(static).sum(axis=0)
     by_load = zip(_LOADS, moved, strict=True)
-    absent = [words for words, square in by_load if square < _ABSENT**2 * moved.max()]
+    absent = [words for words, square in by_load if square < ACTING**2 * moved.max()]
     lowest = float(np.sqrt(np.min(stiffness / np.diag(body.M)[:N_FREE])) / (2.0 * np.pi))
     load = (
         f"{absent[0]} together with the others"

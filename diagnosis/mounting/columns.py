@@ -50,8 +50,8 @@ _SIZES = np.geomspace(0.004, 0.3, 14)
 DELAYS = np.concatenate([_SIZES, -_SIZES])
 #: Motion of a channel over what is missing in it from which a gain may be the reason.
 _LEAST_MOVED = 1.5
-#: Share of the motion that the smaller of torque and radial load must make.
-_LEAST_SHARE = 0.1
+#: Share of the motion that a load must make to count as one that acts.
+ACTING = 0.1
 _LOADS = {"all": (0, 1, 2), "torque": (0,), "radial_load": (1, 2)}
 #: Relaxation times and yield deflections of the laws over the time of a step and the largest
 #: deflection.
@@ -365,7 +365,7 @@ def shows_load_gain(motions: Sequence[BushingMotion]) -> bool:
         for k, columns in enumerate(((0,), (1, 2))):
             p = run.body.G[:N_FREE, columns] @ run.loads[:, columns].T
             squares[k] += float(np.sum(run.signals_of(p[None]) ** 2))
-    return bool(squares.min() >= _LEAST_SHARE**2 * squares.sum())
+    return bool(squares.min() >= ACTING**2 * squares.sum())
 
 
 def delay_columns(run: BushingMotion, way: str, delays: Sequence[float] | FloatArray) -> FloatArray:

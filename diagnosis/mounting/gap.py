@@ -13,6 +13,7 @@ from carrierflex.diagnosis.comparison.overlay import Panel, Picture, drawn_runs,
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
+    CLEAR,
     MOTION,
     MOTION_BANDS,
     NO_PERIODIC_LOADS,
@@ -60,8 +61,6 @@ _TORQUE = "torque"
 _RADIAL_LOAD = "radial load"
 _DEFLECTION = "deflection"
 _SPEED = "speed"
-#: A pattern's gap in a block shows its growth where it is this many times the noise.
-_CLEAR = 2.0
 #: Runs of one condition are repeats where their loads differ by no more than this share of their
 #: size.
 _SAME_LOADS = 0.02
@@ -246,7 +245,7 @@ class MountingGap:
         radial_load = np.hypot(loads[:, 1], loads[:, 2])
         growths = []
         for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
-            is_clear = gap[:, k] > _CLEAR * noise[:, k]
+            is_clear = gap[:, k] > CLEAR * noise[:, k]
             if not is_clear.any():
                 continue
             error = noise[is_clear, k]

@@ -34,8 +34,9 @@ _FEWEST_IN_BLOCK = 40
 #: it.
 _ZEROED = 1e-3
 _LOADS = ("torque", "ntl_y", "ntl_z")
-#: Order of the differences, and their mean square over the variance of white noise (10 choose 5).
-_ORDER, _GAIN = 5, 252.0
+#: Order of the differences, and their mean square over the variance of white noise.
+_ORDER = 5
+_GAIN = float(comb(2 * _ORDER, _ORDER))
 #: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
 _MEDIAN_CHI2 = 0.4549
 #: Longest memory from sample to sample that is told from motion.
