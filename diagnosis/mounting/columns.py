@@ -10,6 +10,7 @@ axial guide) that motion shows at once, and loads the bushings besides.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 from numba import njit
@@ -61,52 +62,45 @@ _LAW_YIELDS = np.geomspace(0.01, 1.0, 14)
 
 @dataclass(frozen=True, eq=False)
 class BushingSize:
-    """Sizes of the motion over all runs, and the splines over them."""
+    """Sizes of the motion over all runs, and what follows from them."""
 
-    #: deflection, radius, speed: largest deflection in y or z, largest along any direction, RMS
-    #: speed
+    #: deflection, radius: largest deflection in y or z, largest along any direction
     deflection: float
     radius: float
-    speed: float
-    taus: FloatArray  # Relaxation times [s], shape (n,)
-    length: float  # Longest run [s]
     #: low, high: range of the deflection
     low: float
     high: float
-    fastest: float  # Largest speed
-
-    @property
-    def rest_speed(self) -> float:
-        """Speed below which its sign is uncertain."""
-        return _REST_SPEED * self.speed
-
-    @property
-    def yields(self) -> FloatArray:
-        """Yield deflections, shape (n,)."""
-        return np.geomspace(*_YIELDS, _N_YIELDS) * self.deflection
-
-    @property
-    def radial_yields(self) -> FloatArray:
-        """Yield deflections of sliders in the plane, shape (n,)."""
-        return np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * self.radius
+    #: speed, fastest, rest_speed: RMS, largest, and below which its sign is uncertain
+    speed: float
+    fastest: float
+    rest_speed: float
+    length: float  # Longest run [s]
+    taus: FloatArray  # Relaxation times [s], shape (n,)
+    #: yields, radial_yields: of sliders in y and in z, and in the plane, shape (n,)
+    yields: FloatArray
+    radial_yields: FloatArray
 
 
 def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
     """Sizes over all runs."""
     u = np.concatenate([run.u.reshape(4, -1) for run in motions], axis=1)
     v = np.concatenate([run.v.reshape(4, -1) for run in motions], axis=1)
-    radius = np.concatenate([np.hypot(run.u[:, 0], run.u[:, 1]).ravel() for run in motions])
-    length = max(run.time[-1] + run.step for run in motions)
-    step = min(run.step for run in motions)
+    deflection = float(np.abs(u).max())
+    radius = float(max(_radius(run.u).max() for run in motions))
+    speed = float(np.sqrt(np.mean(v**2)))
+    length = float(max(run.time[-1] + run.step for run in motions))
     return BushingSize(
-        deflection=float(np.abs(u).max()),
-        radius=float(radius.max()),
-        speed=float(np.sqrt(np.mean(v**2))),
-        taus=relaxation_times(step, length),
-        length=float(length),
+        deflection=deflection,
+        radius=radius,
         low=float(u.min()),
         high=float(u.max()),
+        speed=speed,
         fastest=float(np.abs(v).max()),
+        rest_speed=_REST_SPEED * speed,
+        length=length,
+        taus=relaxation_times(min(run.step for run in motions), length),
+        yields=np.geomspace(*_YIELDS, _N_YIELDS) * deflection,
+        radial_yields=np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * radius,
     )
 
 
@@ -298,27 +292,21 @@ def unequal_column(run: BushingMotion) -> FloatArray:
 def full_stiffness(run: BushingMotion) -> FloatArray:
     """Symmetric map of six motions, shape (n_columns, n_channels, n)."""
     stiff = []
-    for i in range(N_FREE):
-        for j in range(i, N_FREE):
-            p = _on_free(run, i, -run.q[j])
-            if i != j:
-                p += _on_free(run, j, -run.q[i])
-            stiff.append(p)
+    for i, j in combinations_with_replacement(range(N_FREE), 2):
+        p = _on_free(run, i, -run.q[j])
+        p[j] = -run.q[i]
+        stiff.append(p)
     forces, K = _guide_forces(run), run.body.K[:N_FREE, :N_FREE]
-    free = K @ run.q
     moves = []
-    for i in range(2):
-        for j in range(i, 2):
-            b = np.zeros_like(forces)
-            b[i] += forces[j]
-            if i != j:
-                b[j] += forces[i]
-            moves.append(b)
-    for i in range(N_FREE):
-        for j in range(N_FREE):
-            b = np.zeros_like(forces)
-            b[j] = free[i] / K[i, i]
-            moves.append(b)
+    for i, j in combinations_with_replacement(range(2), 2):
+        b = np.zeros_like(forces)
+        b[i], b[j] = forces[j], forces[i]
+        moves.append(b)
+    free = K @ run.q
+    for i, j in product(range(N_FREE), range(N_FREE)):
+        b = np.zeros_like(forces)
+        b[j] = free[i] / K[i, i]
+        moves.append(b)
     return np.concatenate([run.signals_of(np.array(stiff)), _guide_motions(run, np.array(moves))])
 
 
@@ -352,9 +340,8 @@ def load_columns(run: BushingMotion, way: str) -> FloatArray:
     ]
     size = np.maximum(np.abs(F).max(axis=1), 1.0)
     b = np.zeros((3 * len(F), 3, F.shape[1]))
-    for j in range(3):
-        for k, row in enumerate(F):
-            b[len(F) * j + k, j] = row / size[k]
+    for number, (j, k) in enumerate(product(range(3), range(len(F)))):
+        b[number, j] = F[k] / size[k]
     return np.concatenate([run.signals_of(np.array(others)), _guide_motions(run, b)])
 
 
