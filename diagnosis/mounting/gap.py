@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import Panel, Picture, drawn_runs, loop_panel
+from carrierflex.diagnosis.comparison.overlay import Picture, drawn_runs, loop_panel
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
@@ -293,7 +293,30 @@ def mounting_pictures(
         record, motion, gap, law = moving[number]
         speed = np.gradient(motion, record.step)
         panels.append(loop_panel(record.name, motion, gap, speed, law=law if effects else None))
-    return (_picture(names[k], effects, tuple(panels)),) if panels else ()
+    if not panels:
+        return ()
+    law_text = (
+        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
+        if effects
+        else "No effect was accepted. "
+    )
+    name = f"{names[k]} motion" if names[k] in _PATTERNS else f"motion at {names[k]}"
+    picture = Picture(
+        title=f"Unexplained {name}",
+        caption=(
+            "Coloured points: measured less predicted by the baseline, along the measured "
+            f"{name}. {law_text}A spring bends one line; friction, fluid and delay open a loop; "
+            "another load than the one that moves it makes a cloud."
+        ),
+        x_name=name,
+        x_unit="m",
+        y_name="unexplained",
+        y_unit="m",
+        panels=tuple(panels),
+        shade_name="speed",
+        shade_unit="m/s",
+    )
+    return (picture,)
 
 
 def _pattern_matrix(
@@ -348,28 +371,4 @@ def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
             np.sqrt(np.mean(signals[record.block == block] ** 2, axis=0))
             for block in range(record.n_blocks)
         ]
-    )
-
-
-def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:
-    law = (
-        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
-        if effects
-        else "No effect was accepted. "
-    )
-    motion = f"{name} motion" if name in _PATTERNS else f"motion at {name}"
-    return Picture(
-        title=f"Unexplained {motion}",
-        caption=(
-            "Coloured points: measured less predicted by the baseline, along the measured "
-            f"{motion}. {law}A spring bends one line; friction, fluid and delay open a loop; "
-            "another load than the one that moves it makes a cloud."
-        ),
-        x_name=motion,
-        x_unit="m",
-        y_name="unexplained",
-        y_unit="m",
-        panels=panels,
-        shade_name="speed",
-        shade_unit="m/s",
     )
