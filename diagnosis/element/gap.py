@@ -285,55 +285,11 @@ def _growth_exponent(blocks: _BlockForces) -> Exponent:
     the low-amplitude blocks, the share s that no linear element takes up, and what the linear share
     has grown since. c, s, p and f are fitted to log r.
     """
-    if np.count_nonzero(blocks.residual > CLEAR * blocks.noise) < _FEWEST_POINTS:
-        return undetermined(len(blocks.residual), "no unexplained force is above the noise")
-    if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
-        return undetermined(len(blocks.residual), "deflection does not vary")
-    return _fitted(blocks)
-
-
-def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _BlockForces:
-    """Unexplained force of every block."""
-    blocks = [
-        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
-    ]
-    columns = [record.where_flat(base_columns(model, record)) for record in records]
-    force = [record.where_flat(known_force(model, record)) for record in records]
-    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
-    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
-    n_low = max(2, round(_LOW_AMPLITUDE * len(blocks)))
-    low = np.argsort(deflection)[:n_low]
-    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
-    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
-    law = design_solution(design.T, target)
-    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
-    floor = [_force_noise(model, record, law) for record in records]
-    return _BlockForces(
-        deflection=deflection,
-        speed=speed,
-        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
-        noise=np.array([floor[r] for r, _ in blocks]),
-        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
-        n_low=n_low,
-    )
-
-
-def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray) -> float:
-    """RMS of the channel's noise, brought to force space by the fitted element."""
-    if not model.by_force:
-        return float(np.sqrt(record.noise * min(2.0 * record.flat_hz * record.step, 1.0)))
-    white = np.sqrt(record.noise) * np.random.default_rng(_NOISE_SEED).standard_normal(
-        record.response.size
-    )
-    q, v, a = record.with_response(white).motion
-    rows = [q, v] if model.mass is not None else [a, q, v]
-    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
-    return float(np.std(record.where_flat(force)))
-
-
-def _fitted(blocks: _BlockForces) -> Exponent:
-    """Exponent that fits the residuals of the blocks best, with its interval."""
     n = len(blocks.residual)
+    if np.count_nonzero(blocks.residual > CLEAR * blocks.noise) < _FEWEST_POINTS:
+        return undetermined(n, "no unexplained force is above the noise")
+    if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
+        return undetermined(n, "deflection does not vary")
     q = blocks.deflection / blocks.low_deflection
     size = float(np.median(blocks.residual))
     noise = (blocks.noise / size) ** 2
@@ -376,6 +332,45 @@ def _fitted(blocks: _BlockForces) -> Exponent:
     half = float(student_t(degrees).ppf(0.975)) * std
     p_value = float(2.0 * student_t(degrees).sf(abs(value) / std)) if std > 0.0 else 0.0
     return Exponent(value, (value - half, value + half), p_value, n)
+
+
+def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _BlockForces:
+    """Unexplained force of every block."""
+    blocks = [
+        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
+    ]
+    columns = [record.where_flat(base_columns(model, record)) for record in records]
+    force = [record.where_flat(known_force(model, record)) for record in records]
+    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
+    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
+    n_low = max(2, round(_LOW_AMPLITUDE * len(blocks)))
+    low = np.argsort(deflection)[:n_low]
+    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
+    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
+    law = design_solution(design.T, target)
+    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
+    floor = [_force_noise(model, record, law) for record in records]
+    return _BlockForces(
+        deflection=deflection,
+        speed=speed,
+        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
+        noise=np.array([floor[r] for r, _ in blocks]),
+        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
+        n_low=n_low,
+    )
+
+
+def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray) -> float:
+    """RMS of the channel's noise, brought to force space by the fitted element."""
+    if not model.by_force:
+        return float(np.sqrt(record.noise * min(2.0 * record.flat_hz * record.step, 1.0)))
+    white = np.sqrt(record.noise) * np.random.default_rng(_NOISE_SEED).standard_normal(
+        record.response.size
+    )
+    q, v, a = record.with_response(white).motion
+    rows = [q, v] if model.mass is not None else [a, q, v]
+    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
+    return float(np.std(record.where_flat(force)))
 
 
 def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:
