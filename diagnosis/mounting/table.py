@@ -37,11 +37,7 @@ from carrierflex.diagnosis.mounting.columns import (
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.identification.estimation.scaled_least_squares import (
-    DEPENDENT,
-    normal_inverse,
-    normal_solution,
-)
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
 
 #: Place of the forces that follow.
 BUSHINGS = "bushings"
@@ -366,8 +362,8 @@ def _assembled(
 
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
-    b = total[columns, 0]
-    return float(total[0, 0] - b @ normal_solution(total[np.ix_(columns, columns)], b))
+    A, b = total[np.ix_(columns, columns)], total[columns, 0]
+    return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
 
 
 def _nearest_delays(
@@ -423,7 +419,10 @@ def _delay_rows(
 
 def _remaining_squares(gram: FloatArray, base: IntArray, delays: IntArray) -> FloatArray:
     """Square that each delay leaves of the gap beside some columns, shape (n_delays,)."""
-    inverse = normal_inverse(gram[np.ix_(base, base)])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[base], np.finfo(float).tiny))
+    sizes = np.outer(scale, scale)
+    products = gram[np.ix_(base, base)] * sizes
+    inverse = np.linalg.pinv(products, rcond=DEPENDENT, hermitian=True) * sizes
     taken = gram[delays][:, base] @ inverse
     square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, base], axis=1)
     product = gram[delays, 0] - taken @ gram[base, 0]
