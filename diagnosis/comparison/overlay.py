@@ -1,10 +1,9 @@
 """Signals as the report draws them: measured over simulated, and loops or polar plots."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
@@ -80,6 +79,11 @@ _NEIGHBOURS = 0.3
 _STRAIGHT = 0.01
 #: Strips over the range of x for the line of a law.
 _STRIPS = 36
+#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
+_MOST_RUNS, _MOST_POINTS = 3, 2000
+#: Points at each end of the range, which an even choice would miss although they tell most about a
+#: law.
+_END_POINTS = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,19 +167,24 @@ def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return x_sum[used] / counts[used], y_sum[used] / counts[used]
 
 
-def loop_panel(
-    run: str,
-    motion: FloatArray,
-    gap: FloatArray,
-    shade: FloatArray,
-    *,
-    law: FloatArray | None,
-    drawn: slice | NDArray[np.int64],
-) -> Panel:
-    """Gap of a run along a motion as a cloud of the drawn samples, and a law.
+def drawn_runs(sizes: Sequence[float], conditions: Sequence[str]) -> list[int]:
+    """Numbers of up to three runs, the largest of each condition, largest first."""
+    largest: dict[str, int] = {}
+    for number in sorted(range(len(sizes)), key=lambda k: -sizes[k]):
+        largest.setdefault(conditions[number], number)
+    return list(largest.values())[:_MOST_RUNS]
 
-    The law is a line over all samples where it is a function of the motion, a cloud elsewhere.
+
+def loop_panel(
+    run: str, motion: FloatArray, gap: FloatArray, shade: FloatArray, *, law: FloatArray | None
+) -> Panel:
+    """Gap of a run along a motion as a cloud, and a law.
+
+    The cloud holds every n-th sample and those at both ends. The law is a line over all samples
+    where it is a function of the motion, a cloud elsewhere.
     """
+    every, by_size = np.arange(0, motion.size, -(-motion.size // _MOST_POINTS)), np.argsort(motion)
+    drawn = np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
     traces = [Trace(GAP, motion[drawn], gap[drawn], shade[drawn])]
     if law is not None:
         is_line = is_function(motion, law)

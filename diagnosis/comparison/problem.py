@@ -1,17 +1,22 @@
 """Segments, parameters, sums and cells: what a comparison problem is made of."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.identification.estimation.scaled_least_squares import bounded_solution
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.force_effect import ForceEffect
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
+#: Starts of a fit at most, those of the best solutions.
+_MOST_STARTS = 6
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -111,8 +116,20 @@ class SegmentSums:
         return total
 
 
+class _SignatureColumn(Protocol):
+    """One signature: its effect, and which of several of that effect it is one of."""
+
+    @property
+    def effect(self) -> str: ...
+    @property
+    def variant(self) -> tuple[float, ...]: ...
+
+
+Column = TypeVar("Column", bound=_SignatureColumn)
+
+
 @dataclass(frozen=True, eq=False)
-class Signatures:
+class Signatures(Generic[Column]):
     """Products of the unexplained force (or signal), baseline regressors and laws' signatures.
 
     Fits start from least squares on them. Columns in this order: the target, `n_base` baseline
@@ -122,6 +139,44 @@ class Signatures:
 
     gram: FloatArray  # Products of the columns over all records, shape (n, n)
     n_base: int  # Regressors of the baseline
+    columns: tuple[Column, ...]  # Signatures behind them
+
+    def solutions(
+        self,
+        effects: Effects,
+        bounds: Callable[[Column], tuple[float, float]],
+        base_lower: float | FloatArray = -np.inf,
+        *,
+        solve: Callable[..., FloatArray] = bounded_solution,
+    ) -> list[tuple[FloatArray, list[tuple[Column, float]]]]:
+        """Least-squares values of baseline and columns over the variants of effects, best first.
+
+        `bounds` are those of a column's value, `base_lower` the lower ones of the baseline's;
+        `solve` gives values from products, right side, lower and upper bounds.
+        """
+        first = 1 + self.n_base
+        by_effect = []
+        for effect in effects:
+            variants: dict[tuple[float, ...], list[int]] = {}
+            for k, column in enumerate(self.columns):
+                if column.effect == effect:
+                    variants.setdefault(column.variant, []).append(k)
+            by_effect.append(list(variants.values()) or [[]])
+        fits = []
+        for choice in product(*by_effect):
+            chosen = [k for variant in choice for k in variant]
+            rows = [*range(1, first), *(first + k for k in chosen)]
+            columns = [self.columns[k] for k in chosen]
+            limits = np.tile([-np.inf, np.inf], (len(rows), 1))
+            limits[: self.n_base, 0] = base_lower
+            limits[self.n_base :] = np.reshape([bounds(column) for column in columns], (-1, 2))
+            matrix, right = self.gram[np.ix_(rows, rows)], self.gram[rows, 0]
+            solution = solve(matrix, right, *limits.T)
+            square = self.gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
+            values = zip(columns, solution[self.n_base :].tolist(), strict=True)
+            fits.append((square, (solution[: self.n_base], list(values))))
+        fits.sort(key=lambda fit: fit[0])
+        return [fit for _, fit in fits[:_MOST_STARTS]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,15 +23,15 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
 )
 from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.element.columns import (
+    DELAY,
+    DRIVE_SIDE,
+    TIME_VARIATION,
+)
 from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
     has_one_frequency,
     is_separable_from_time,
-)
-from carrierflex.diagnosis.element.laws import (
-    DELAY,
-    DRIVE_SIDE,
-    TIME_VARIATION,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop
@@ -124,8 +124,12 @@ def answer_of_table(
     for _ in range(_LAG_PASSES):
         if DELAY not in decision.classes:
             break
-        # Its first order alone leaves what looks like another cause beside a delay.
-        table = _with_lag(model, table, decision.squares)
+        # Its first order alone leaves what looks like another cause beside a delay: the column is
+        # made exact at the delay that the answer finds.
+        column = int(table.table.groups["delay"].columns[0])
+        lag = table.scores.amplitudes(decision.squares)[column]
+        late = replace(table, records=tuple(replace(run, lag=lag) for run in table.records))
+        table = table_of(model, late, table.scores.constants)
         shares, decision = decided(table)
 
     def falls_short(table: ElementTable, decision: Decision) -> bool:
@@ -144,7 +148,8 @@ def answer_of_table(
     )
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
     if is_cut:
-        decision = _unnamed(decision)
+        note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
+        decision = replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
     answer = class_answer(
         table.scores,
         shares,
@@ -213,14 +218,6 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
         note=_DRIVE_NOTE if not is_steady else _ONE_FREQUENCY_NOTE if is_one_frequency else "",
         experiment=_MORE_FREQUENCIES if is_one_frequency or model.states else _STEADY,
     )
-
-
-def _with_lag(model: ElementModel, table: ElementTable, squares: HeldOutSquares) -> ElementTable:
-    """Table whose column of a delay is exact at the delay that a result finds."""
-    column = int(table.table.groups["delay"].columns[0])
-    lag = table.scores.amplitudes(squares)[column]
-    records = tuple(replace(run, lag=lag) for run in table.records)
-    return table_of(model, replace(table, records=records), table.scores.constants)
 
 
 def _as_smooth_loop(
@@ -304,12 +301,6 @@ def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, not
     )
 
 
-def _unnamed(decision: Decision) -> Decision:
-    """Decision that names no class, since what it explains is short of what all explain."""
-    note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
-    return replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
-
-
 def is_one_curve(table: ElementTable) -> bool:
     """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
     return has_one_frequency(table.records) and _has_one_level(table)
@@ -330,9 +321,12 @@ def _remaining_with_loop(
     key = (other, is_curve)
     if key not in table.loops:
         size = table.bases.size
-        shared = _groups_of(table, other)
-        loop = fitted_loop(table.records, table.weights, size, shared, is_curve=is_curve)
-        groups = (*_groups_of(table, HYSTERESIS), _column(loop), *shared)
+        shared, sliders = (
+            [group for group in table.groups if group.id in CLASS_GROUPS.get(name, ())]
+            for name in (other, HYSTERESIS)
+        )
+        loop = fitted_loop(table.records, size, shared, is_curve=is_curve)
+        groups = (*sliders, _column(loop), *shared)
         products, _ = products_by_block(
             table,
             lambda run, filtered: group_columns_along(run, filtered, groups),
@@ -356,10 +350,6 @@ def _with_loop(model: ElementModel, table: ElementTable, loop: SmoothLoop) -> El
         ceiling=(*looped.table.ceiling, LOOP),
     )
     return replace(looped, table=gram_table, loop=loop, scores=ClassScores(gram_table, constants))
-
-
-def _groups_of(table: ElementTable, name: str) -> list[GroupColumns[ForceRecord]]:
-    return [group for group in table.groups if group.id in CLASS_GROUPS.get(name, ())]
 
 
 def _column(loop: SmoothLoop) -> GroupColumns[ForceRecord]:

@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from carrierflex.diagnosis.classes.columns import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import (
-    Motion,
     nearest_motion,
     participation,
     speed_noise,
     with_harmonics,
 )
-from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.noise import NoiseWeight
+from carrierflex.diagnosis.element.records import BLOCKS, ElementRecord, Motion
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.kind.motion_columns import time_splines
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
@@ -32,11 +32,10 @@ _CLEAR_SPEED = 10.0
 #: then in the harmonics of the force, and the force's band is not limited.
 _NARROW = 0.15
 _WIDEST = 0.95
-#: Blocks of all runs, and of a sweep or decay for each of these. A block that is held out must hold
-#: no amplitude that the others do not: of 24 blocks of a sweep one holds the resonance, and its
-#: score is that of an extrapolation. Elsewhere long blocks keep what is slow from being
-#: interpolated between neighbours.
-_BLOCKS = 24
+#: Blocks of a sweep or decay for each of another run. A block that is held out must hold no
+#: amplitude that the others do not: of 24 blocks of a sweep one holds the resonance, and its score
+#: is that of an extrapolation. Elsewhere long blocks keep what is slow from being interpolated
+#: between neighbours.
 IN_TIME = 4
 #: Times as long as the passage through rest at the RMS of the acceleration from which a mass stands
 #: still rather than turns round, and samples at least.
@@ -48,8 +47,6 @@ _ABOVE_NOISE, _OMITTED = 3.0, 0.1
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40
 _FEWEST_IN_WINDOW = 4
-#: Splines of time: five do not imitate a stiffness that differs from run to run.
-_N_TIME = 5
 #: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
 _LINE_BINS = 3.0
 _SMALLEST = np.finfo(float).tiny
@@ -75,7 +72,8 @@ class ForceRecord:
     #: Force as it was measured: applied, or that of a driven deflection in the band of the target,
     #: shape (n,)
     force: FloatArray
-    band_hz: float  # End of the band in which forces are compared
+    #: Filter of all columns: the band in which forces are compared, then by the noise too
+    weight: NoiseWeight
     block: np.ndarray  # Block of every sample; -1 where it does not count, shape (n,)
     #: Whether sliders and relaxing branches begin relaxed at the first sample; else where a motion
     #: like this one leaves them
@@ -87,10 +85,19 @@ class ForceRecord:
     #: Lag over which the column of a delay takes the change of the force [s]; zero for its rate
     lag: float = 0.0
 
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """Columns through the filter, shape (n_columns, n), at the samples that count."""
+        return self.weight.filtered(columns)[:, self.counts]
+
     @property
     def step(self) -> float:
         """Sampling interval [s]."""
         return self.record.step
+
+    @property
+    def band_hz(self) -> float:
+        """End of the band in which forces are compared."""
+        return self.weight.band_hz
 
     @property
     def drive(self) -> FloatArray:
@@ -104,28 +111,35 @@ class ForceRecord:
 
 
 def force_records(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray, *, finer: int = 1
+    model: ElementModel, records: Sequence[ElementRecord], *, finer: int = 1
 ) -> tuple[ForceRecord, ...]:
-    """Runs in force space, those that hold enough samples away from their ends.
-
-    `noise` is the variance of the channel's noise by run, `finer` the blocks for each usual one.
-    """
-    n_blocks = max(2, round(finer * _BLOCKS / len(records)))
+    """Runs in force space that hold enough samples; `finer` are the blocks for each usual one."""
+    n_blocks = max(2, round(finer * BLOCKS / len(records)))
     runs = []
-    for record, variance in zip(records, noise, strict=True):
-        block = _blocks(record, n_blocks, float(variance), _in_band(model, record, float(variance)))
+    for record in records:
+        block = _blocks(record, n_blocks, _in_band(model, record))
         if block.max(initial=-1) >= 0:
-            runs.append(_force_record(model, record, block, float(variance)))
-    return tuple(runs) if model.by_force else _with_predicted_forces(model, runs)
+            runs.append(_force_record(model, record, block))
+    if model.by_force or not runs:
+        return tuple(runs)
+    # The drive side is the force that the baseline predicts for a driven deflection. At one
+    # frequency mass and spring are one unknown: least squares over all runs.
+    design = np.concatenate([run.base[:, run.counts] for run in runs], axis=1)
+    c = design_solution(design.T, np.concatenate([run.target[run.counts] for run in runs]))
+    mass = model.mass or 0.0
+    return tuple(replace(run, side=mass * run.a + c @ run.base) for run in runs)
 
 
-def _force_record(
-    model: ElementModel, record: ElementRecord, block: np.ndarray, variance: float
-) -> ForceRecord:
-    """Run in force space with its blocks; variance of the channel's noise."""
-    nearest, speed_error = nearest_motion(model, record, variance)
-    band = _band(model, record)
-    run, nearest, noise_motion = with_harmonics(model, record, nearest, variance)
+def _force_record(model: ElementModel, record: ElementRecord, block: np.ndarray) -> ForceRecord:
+    """Run in force space with its blocks."""
+    nearest, speed_error = nearest_motion(model, record)
+    band = record.flat_hz
+    if not (model.by_force or record.gap is not None):
+        lines, resolution = participation(record)
+        # Where the motion is narrow the force is compared in all of its band.
+        if lines * resolution < _NARROW * band:
+            band = _WIDEST * 0.5 / record.step
+    run, nearest, noise_motion = with_harmonics(model, record, nearest)
     q, v, a = run.motion
     side = run.drive
     if not side.any():  # released: the restoring force, where nothing is applied
@@ -143,52 +157,28 @@ def _force_record(
         a=nearest[2],
         side=side,
         force=side if model.by_force else force,
-        band_hz=band,
+        weight=NoiseWeight(run.step, band),
         block=block,
         speed_error=speed_error,
         noise_motion=noise_motion,
     )
 
 
-def with_noise_of(run: ForceRecord, element: tuple[float, float, float] | None) -> ForceRecord:
+def with_noise_of_motion(run: ForceRecord) -> ForceRecord:
     """Run whose target holds the noise of a motion known from its harmonics as a force.
 
     What the classes leave is compared with the noise of the records, so that it must be in it; in
-    the regressors it would make the mass too small. `element` is m, C1, K1 of the filter; None
-    where the force is measured.
+    the regressors it would make the mass too small.
     """
-    if run.noise_motion is None or element is None:
+    if run.noise_motion is None or run.weight.element is None:
         return run
-    m, C1, K1 = element
+    m, C1, K1 = run.weight.element
     x, v, a = run.noise_motion
     return replace(run, target=run.target - (m * a + C1 * v + K1 * x))
 
 
-def _with_predicted_forces(
-    model: ElementModel, runs: Sequence[ForceRecord]
-) -> tuple[ForceRecord, ...]:
-    """Runs whose drive side is the force that the baseline predicts for a driven deflection."""
-    if not runs:
-        return ()
-    design = np.concatenate([run.base[:, run.counts] for run in runs], axis=1)
-    target = np.concatenate([run.target[run.counts] for run in runs])
-    # At one frequency mass and spring are one unknown: least squares over all runs.
-    c = design_solution(design.T, target)
-    mass = model.mass or 0.0
-    return tuple(replace(run, side=mass * run.a + c @ run.base) for run in runs)
-
-
-def _band(model: ElementModel, record: ElementRecord) -> float:
-    """End of the band of the force: the motion's, or all of it where the motion is narrow."""
-    if model.by_force or record.gap is not None:
-        return record.flat_hz
-    lines, resolution = participation(record)
-    is_narrow = lines * resolution < _NARROW * record.flat_hz
-    return _WIDEST * 0.5 / record.step if is_narrow else record.flat_hz
-
-
-def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.ndarray:
-    """Samples at which the motion lies in its trusted band; variance of the channel's noise."""
+def _in_band(model: ElementModel, record: ElementRecord) -> np.ndarray:
+    """Samples at which the motion lies in its trusted band."""
     # Where a sweep passes the end of the band a force that is no straight line of the motion is not
     # known at all.
     window = max(int(np.ceil(1.0 / (record.flat_hz * record.step))), 3)
@@ -203,10 +193,10 @@ def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.
         return (outside <= 0.0) | (outside <= _OMITTED**2 * swing)
     # Under a force the motion is compared where the band is flat: a line beyond has no force.
     outside = local(record.response - record.where_flat(q))
-    return (outside <= _ABOVE_NOISE * variance) | (outside <= _OMITTED**2 * swing)
+    return (outside <= _ABOVE_NOISE * record.noise) | (outside <= _OMITTED**2 * swing)
 
 
-def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndarray) -> np.ndarray:
+def _blocks(record: ElementRecord, wanted: int, inside: np.ndarray) -> np.ndarray:
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
     # A decay is largest where it begins: fewer periods are given up there.
@@ -215,7 +205,7 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     sample = np.arange(n)
     last = n - edge
     if record.is_released:
-        last = min(last, _end_of_motion(record, variance))
+        last = min(last, _end_of_motion(record))
     counted = np.flatnonzero(record.counts & inside & (sample >= edge) & (sample < last))
     block = np.full(n, -1)
     if counted.size < 2 * _FEWEST_IN_BLOCK:
@@ -227,30 +217,23 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     return block
 
 
-def while_moving(record: ElementRecord, variance: float) -> ElementRecord:
+def while_moving(record: ElementRecord) -> ElementRecord:
     """Decay without the samples after it has come to rest; any other record as it is.
 
     At rest columns of force are noise, and dry friction balances whatever remains.
-
-    Parameters
-    ----------
-    record : ElementRecord
-        Run.
-    variance : float
-        Variance of the noise of its deflection.
     """
     if not record.is_released:
         return record
-    moves = np.arange(record.block.size) < _end_of_motion(record, variance)
+    moves = np.arange(record.block.size) < _end_of_motion(record)
     moves &= record.block >= 0
     if np.count_nonzero(moves) < 2 * _FEWEST_IN_BLOCK:
         return record
     return replace(record, block=np.where(moves, record.block, -1))
 
 
-def _end_of_motion(record: ElementRecord, variance: float) -> int:
+def _end_of_motion(record: ElementRecord) -> int:
     """Number of samples until the speed of a decay is last clear of its noise."""
-    least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
+    least = _CLEAR_SPEED * speed_noise(record)
     clear = np.flatnonzero((np.abs(record.motion[1]) > least) & record.counts)
     return int(clear.max(initial=-1)) + 1
 
@@ -313,18 +296,13 @@ def while_sliding(run: ForceRecord, rest_speed: float) -> ForceRecord | None:
     return replace(run, block=block)
 
 
-def time_basis(runs: Sequence[ForceRecord]) -> SplineBasis:
-    """Splines of time over the longest run."""
-    return SplineBasis(0.0, max(run.x.size * run.step for run in runs), _N_TIME)
-
-
 def is_separable_from_time(runs: Sequence[ForceRecord], highest: float) -> bool:
     """Whether neither amplitude nor frequency of the motion follows time.
 
     R² of the windowed log RMS of x, and of v / x, on time splines common to all runs, is at most
     `highest`.
     """
-    basis = time_basis(runs)
+    basis = time_splines(max(run.x.size * run.step for run in runs))
     rows = []
     amplitudes = []
     frequencies = []

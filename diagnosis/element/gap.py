@@ -4,7 +4,7 @@ Where it lies, by block in time, what does not repeat from period to period, how
 force grows with the deflection, scalars; the force that the baseline leaves along the motion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from scipy.stats import f as fisher_f
 from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import Picture, is_function, loop_panel
+from carrierflex.diagnosis.comparison.overlay import Picture, drawn_runs, is_function, loop_panel
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, GapCell
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -28,6 +28,7 @@ from carrierflex.diagnosis.element.signatures import (
 )
 from carrierflex.diagnosis.gap.findings import (
     BAND,
+    CLEAR,
     EVEN,
     LINES,
     NO_ODD_DRIVE,
@@ -37,17 +38,17 @@ from carrierflex.diagnosis.gap.findings import (
     Exponent,
     Finding,
     GapFindings,
-    GapMoment,
     PartGrowth,
     Scalar,
     exponents,
+    undetermined,
 )
 from carrierflex.diagnosis.gap.gap_map import (
-    N_DRAWS,
     CellTable,
     band_amplitudes,
     band_edges_hz,
     block_powers,
+    drawn_counts,
     gap_cells,
     largest_cells,
     significant,
@@ -62,12 +63,9 @@ from carrierflex.diagnosis.gap.in_time import (
     significant_non_synchronous,
     trend,
 )
-from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 _SCATTER_BANDS = 12
-#: Unexplained force in blocks where it is this many times the noise shows its growth with speed.
-_CLEAR = 2.0
 #: Even (or odd) lines count as not driven below this share of the drive's power.
 _NOT_DRIVEN = 0.01
 #: The gap counts as odd, or even, from this share on lines of that parity.
@@ -84,13 +82,6 @@ _LOW = -1.0
 _HIGH = 8.0
 _NOISE_SEED = 5
 _MAP_BANDS = 24
-_DRAWS_SEED = 1
-#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
-_MOST_RUNS = 3
-_MOST_POINTS = 2000
-#: Points at each end of the range, which an even choice would miss although they tell most about a
-#: law.
-_END_POINTS = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +93,7 @@ class _BlockForces:
     residual: FloatArray
     noise: FloatArray
     low_deflection: float
+    n_low: int  # Blocks of low amplitude, to which the baseline is fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +103,13 @@ class ElementGap:
     model: ElementModel  # Parameters and simulator
     records: Sequence[ElementRecord]  # Runs
     residuals: Sequence[FloatArray]  # Gap of every run, shape (n,)
-    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
-    is_declared: bool  # Whether it is declared: noise of repeats says nothing of their scatter
-    #: channel, unit: name and unit of the channel
-    channel: str
-    unit: str
+    #: Whether the noise is declared: that of repeats says nothing of their scatter
+    is_declared: bool
+
+    @property
+    def channel(self) -> str:
+        """Name of the channel."""
+        return self.model.channels[0]
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -127,61 +121,63 @@ class ElementGap:
         ``power / noise ~ chi²``.
         """
         tables = []
-        for record, residual, variance in zip(
-            self.records, self.residuals, self.noise, strict=True
-        ):
+        for record, residual in zip(self.records, self.residuals, strict=True):
             periods = record.by_period(residual)
             if periods is None:
-                tables.append(_band_table(record, residual, float(variance), self.channel))
+                tables.append(_band_table(record, residual, self.channel))
             else:
                 tables.append(_line_table(record, periods, self.channel))
         return gap_cells(tables)
 
     def findings(self) -> GapFindings:
         """Where the gap lies, in time, what does not repeat, growth and parity of an element."""
-        moments: list[GapMoment] = []
         trends: list[DriftTable] = []
         scattered: list[ScatterTable] = []
-        for record, residual, variance in zip(
-            self.records, self.residuals, self.noise, strict=True
-        ):
-            is_measured = np.ones((residual.size, 1), dtype=bool)
-            moments += block_rms(
-                record.name, record.time, record.block, residual[:, None], is_measured
-            )
+        for record, residual in zip(self.records, self.residuals, strict=True):
             trends.append(_drifts(record, residual, self.channel))
-            of_channel = float(variance) if self.is_declared else float("nan")
+            of_channel = record.noise if self.is_declared else float("nan")
             scattered += _scatter(record, residual, self.channel, of_channel)
         rows = significant_non_synchronous(scattered)
-        blocks = _block_forces(self.model, self.records, self.noise)
+        blocks = _block_forces(self.model, self.records)
         exponent = _growth_exponent(blocks)
-        conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
+        # With speed at equal deflection, where the blocks tell the two apart.
+        is_clear = blocks.residual > CLEAR * blocks.noise
+        size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))[is_clear]
+        motion = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
+        of_speed = exponents(size, blocks.noise[is_clear], motion)[SPEED]
         return GapFindings(
             where=_where(self.cells, "deflection" if self.model.by_force else "force", exponent),
             numbered_by=LINES,
-            in_time=tuple(moments),
+            in_time=block_rms(self.records, self.residuals),
             drifts=significant_drifts(trends),
             non_synchronous=rows,
             repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "period"),
-            growth=(PartGrowth(self.channel, float("nan"), "", conditions),),
+            growth=(
+                PartGrowth(self.channel, float("nan"), "", {DEFLECTION: exponent, SPEED: of_speed}),
+            ),
             parity=_parity(self.cells, self.records),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
         """Peak to peak and RMS of the channel by block, measured and predicted."""
-        measured = []
-        predicted = []
-        for record, residual in zip(self.records, self.residuals, strict=True):
-            for block in range(record.n_blocks):
-                is_inside = record.block == block
-                measured.append(record.response[is_inside])
-                predicted.append(record.response[is_inside] - residual[is_inside])
-        scalars = []
-        for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
-            sizes = np.array([float(size(values)) for values in measured])
-            predicted_sizes = np.array([float(size(values)) for values in predicted])
-            scalars.append(Scalar(name, self.unit, sizes, predicted_sizes))
-        return tuple(scalars)
+        blocks = [
+            [signal[record.block == block] for signal in (record.response, record.response - gap)]
+            for record, gap in zip(self.records, self.residuals, strict=True)
+            for block in range(record.n_blocks)
+        ]
+        measured, predicted = zip(*blocks, strict=True)
+        return tuple(
+            Scalar(
+                name,
+                self.model.response_unit,
+                np.array([size(block) for block in measured]),
+                np.array([size(block) for block in predicted]),
+            )
+            for name, size in (
+                ("peak to peak", np.ptp),
+                ("RMS", lambda block: np.sqrt(np.mean(block**2))),
+            )
+        )
 
 
 def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
@@ -222,10 +218,6 @@ def _parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
     return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
 
 
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
     """Trends of the lines over the periods."""
     periods = record.by_period(residual)
@@ -245,7 +237,6 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftT
         change=over_run.change[None],
         share=share[None],
         p_value=over_run.p_value[None],
-        used=np.ones((1, over_run.change.size), dtype=bool),
     )
 
 
@@ -285,14 +276,6 @@ def _scatter(
     return [table]
 
 
-def _speed_exponent(blocks: _BlockForces) -> Exponent:
-    """Exponent with speed at equal deflection, where the blocks tell the two apart."""
-    is_clear = blocks.residual > _CLEAR * blocks.noise
-    size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))
-    conditions = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
-    return exponents(size[is_clear], blocks.noise[is_clear], conditions)[SPEED]
-
-
 def _growth_exponent(blocks: _BlockForces) -> Exponent:
     """Exponent p of ``unexplained force ~ deflection^p`` over the blocks.
 
@@ -302,68 +285,16 @@ def _growth_exponent(blocks: _BlockForces) -> Exponent:
     the low-amplitude blocks, the share s that no linear element takes up, and what the linear share
     has grown since. c, s, p and f are fitted to log r.
     """
-    if np.count_nonzero(blocks.residual > _CLEAR * blocks.noise) < _FEWEST_POINTS:
-        return _undetermined(blocks, "no unexplained force is above the noise")
-    if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
-        return _undetermined(blocks, "deflection does not vary")
-    return _fitted(blocks)
-
-
-def _block_forces(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
-) -> _BlockForces:
-    """Unexplained force of every block."""
-    blocks = [
-        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
-    ]
-    columns = [record.where_flat(base_columns(model, record)) for record in records]
-    force = [record.where_flat(known_force(model, record)) for record in records]
-    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
-    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
-    low = np.argsort(deflection)[: _n_low(len(blocks))]
-    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
-    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
-    law = design_solution(design.T, target)
-    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
-    floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
-    return _BlockForces(
-        deflection=deflection,
-        speed=speed,
-        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
-        noise=np.array([floor[r] for r, _ in blocks]),
-        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
-    )
-
-
-def _n_low(n_blocks: int) -> int:
-    """Number of low-amplitude blocks."""
-    return max(2, round(_LOW_AMPLITUDE * n_blocks))
-
-
-def _force_noise(
-    model: ElementModel, record: ElementRecord, law: FloatArray, variance: float
-) -> float:
-    """RMS of the channel's noise, brought to force space by the fitted element."""
-    if not model.by_force:
-        return float(np.sqrt(variance * min(2.0 * record.flat_hz * record.step, 1.0)))
-    white = np.sqrt(variance) * np.random.default_rng(_NOISE_SEED).standard_normal(
-        record.response.size
-    )
-    q, v, a = record.with_response(white).motion
-    rows = [q, v] if model.mass is not None else [a, q, v]
-    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
-    return float(np.std(record.where_flat(force)))
-
-
-def _fitted(blocks: _BlockForces) -> Exponent:
-    """Exponent that fits the residuals of the blocks best, with its interval."""
     n = len(blocks.residual)
+    if np.count_nonzero(blocks.residual > CLEAR * blocks.noise) < _FEWEST_POINTS:
+        return undetermined(n, "no unexplained force is above the noise")
+    if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
+        return undetermined(n, "deflection does not vary")
     q = blocks.deflection / blocks.low_deflection
     size = float(np.median(blocks.residual))
     noise = (blocks.noise / size) ** 2
     target = np.log(np.maximum(blocks.residual / size, 1e-12))
-    lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
-
+    lowest = (np.sort(blocks.residual)[: blocks.n_low].max() / size) ** 2
     highest_floor = max(lowest - float(noise.min()), 0.0)
 
     def squares(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -403,9 +334,43 @@ def _fitted(blocks: _BlockForces) -> Exponent:
     return Exponent(value, (value - half, value + half), p_value, n)
 
 
-def _undetermined(blocks: _BlockForces, reason: str) -> Exponent:
-    nan = float("nan")
-    return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)
+def _block_forces(model: ElementModel, records: Sequence[ElementRecord]) -> _BlockForces:
+    """Unexplained force of every block."""
+    blocks = [
+        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
+    ]
+    columns = [record.where_flat(base_columns(model, record)) for record in records]
+    force = [record.where_flat(known_force(model, record)) for record in records]
+    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
+    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
+    n_low = max(2, round(_LOW_AMPLITUDE * len(blocks)))
+    low = np.argsort(deflection)[:n_low]
+    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
+    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
+    law = design_solution(design.T, target)
+    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
+    floor = [_force_noise(model, record, law) for record in records]
+    return _BlockForces(
+        deflection=deflection,
+        speed=speed,
+        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
+        noise=np.array([floor[r] for r, _ in blocks]),
+        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
+        n_low=n_low,
+    )
+
+
+def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray) -> float:
+    """RMS of the channel's noise, brought to force space by the fitted element."""
+    if not model.by_force:
+        return float(np.sqrt(record.noise * min(2.0 * record.flat_hz * record.step, 1.0)))
+    white = np.sqrt(record.noise) * np.random.default_rng(_NOISE_SEED).standard_normal(
+        record.response.size
+    )
+    q, v, a = record.with_response(white).motion
+    rows = [q, v] if model.mass is not None else [a, q, v]
+    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
+    return float(np.std(record.where_flat(force)))
 
 
 def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:
@@ -426,7 +391,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
     scatter = amplitudes.var(axis=0, ddof=1)
     degrees = np.where(lines == 0, 1.0, 2.0)
     ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
-    weights = multinomial_counts(n, N_DRAWS, seed=_DRAWS_SEED) / n
+    weights = drawn_counts(n) / n
     noise = scatter / (2.0 * n)
     mean_square = np.abs(mean) ** 2 / 2.0
     line_hz = lines / (record.period * record.step)
@@ -442,9 +407,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
     )
 
 
-def _band_table(
-    record: ElementRecord, residual: FloatArray, variance: float, channel: str
-) -> CellTable:
+def _band_table(record: ElementRecord, residual: FloatArray, channel: str) -> CellTable:
     """Bands of one run; order is the number of the band's middle in steps of the lowest line."""
     length = int((record.block == 0).sum())
     edges_hz = band_edges_hz(length * record.step, 0.5001 / record.step, _MAP_BANDS)
@@ -457,8 +420,8 @@ def _band_table(
     ]
     n_samples = max(int((record.block >= 0).sum()), 1)
     power = squares.sum(axis=0)
-    noise = variance * lines
-    counts = multinomial_counts(record.n_blocks, N_DRAWS, seed=_DRAWS_SEED)
+    noise = record.noise * lines
+    counts = drawn_counts(record.n_blocks)
     bands_hz = np.column_stack([edges_hz[:-1], edges_hz[1:]])[is_filled]
     return CellTable(
         runs=(record.name,),
@@ -466,7 +429,7 @@ def _band_table(
         orders=bands_hz.mean(axis=1) * length * record.step,
         mean_square=power[None, None] / n_samples,
         coherent=(power - noise)[None, None] / n_samples,
-        p_value=chi2.sf(power / max(variance, np.finfo(float).tiny), lines)[None, None],
+        p_value=chi2.sf(power / max(record.noise, np.finfo(float).tiny), lines)[None, None],
         draws=lambda: ((counts @ squares - noise) / n_samples)[:, None, None],
         bands_hz=bands_hz,
     )
@@ -483,58 +446,40 @@ def element_loops(
     """
     values = values_by_effect(model.parameters(effects), theta)
 
-    def force_of(record: ElementRecord, effect: str) -> FloatArray:
-        return _effect_force(model, record, effect, values)
+    base = values[BASELINE]
 
-    largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
+    def force_of(record: ElementRecord, effect: str) -> FloatArray:
+        fitted = values[effect]
+        if effect == "sensor_delay":
+            return fitted["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+        if effect == "backlash":
+            # Its column is per unit of the stiffness that is missing within the gap.
+            return base["K1"] * column_values(model, record, Column(effect, "K1", fitted, ()))
+        return model.signature(record, effect, fitted)
+
+    gaps = []
     for record in records:
         q, v, a = record.motion
-        base = values[BASELINE]
         # A given mass is in the known force already.
         baseline = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
         for effect in model.contained:
             baseline = baseline + force_of(record, effect)
-        lacking = record.where_flat(known_force(model, record) - baseline)
-        size = float(np.std(lacking[record.counts]))
-        if size > largest.get(record.condition, (-1.0,))[0]:
-            largest[record.condition] = (size, record, lacking)
-    chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+        gaps.append(record.where_flat(known_force(model, record) - baseline))
+    sizes = [float(np.std(gap[record.counts])) for gap, record in zip(gaps, records, strict=True)]
     runs = [
         (
-            record,
-            lacking,
-            np.sum([force_of(record, effect) for effect in effects], axis=0) if effects else None,
+            records[k],
+            gaps[k],
+            np.sum([force_of(records[k], effect) for effect in effects], axis=0)
+            if effects
+            else None,
         )
-        for _, record, lacking in chosen
+        for k in drawn_runs(sizes, [record.condition for record in records])
     ]
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))
     return tuple(pictures)
-
-
-def _effect_force(
-    model: ElementModel,
-    record: ElementRecord,
-    effect: str,
-    values: Mapping[str, Mapping[str, float]],
-) -> FloatArray:
-    parameters = values[effect]
-    if effect == "sensor_delay":
-        return parameters["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
-    if effect == "backlash":
-        # Its column is per unit of the stiffness that is missing within the gap.
-        return values[BASELINE]["K1"] * column_values(
-            model, record, Column(effect, "K1", parameters, ())
-        )
-    return model.signature(record, effect, parameters)
-
-
-def _chosen_points(x: FloatArray) -> NDArray[np.int64]:
-    """Every n-th sample, and those at both ends of x."""
-    by_size = np.argsort(x)
-    every = np.arange(0, x.size, -(-x.size // _MOST_POINTS))
-    return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
 
 
 def _picture(
@@ -551,12 +496,9 @@ def _picture(
         counts = record.counts
         x, shade = record.motion[against][counts], record.motion[1 - against][counts]
         counted = None if law is None else law[counts]
-        panels.append(
-            loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=_chosen_points(x))
-        )
-    named = set_name(effects)
+        panels.append(loop_panel(record.name, x, lacking[counts], shade, law=counted))
     law_text = (
-        f"Orange: the fitted law ({named}). "
+        f"Orange: the fitted law ({set_name(effects)}). "
         if effects
         else "No effect was accepted: no law is drawn. "
     )

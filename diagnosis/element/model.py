@@ -1,12 +1,12 @@
 """Parameters of one element and the response they predict for a record."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.known_physics import EXACT_GAINS, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
@@ -71,6 +71,7 @@ class ElementScale:
 class ElementModel(ModelInTime):
     """One element under one kind of drive."""
 
+    effects = ELEMENT_EFFECTS
     #: Force drive (displacement is predicted) or displacement drive (force is predicted)
     by_force: bool
     mass: float | None  # Given mass; fitted where None
@@ -82,15 +83,11 @@ class ElementModel(ModelInTime):
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     #: Whether forces are per mass: free decay or moving base without a given mass
     per_mass: bool = False
-    gains: DeclaredGains = EXACT_GAINS  # Errors of the gains of force and deflection
     #: Measured laws by effect; their one parameter is their size
     measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
     def of_baseline(self) -> list[Parameter]:
-        """Unknowns: mass (where it is not given), K1, C1, f0.
-
-        After a release, each run's first deflection and speed stand behind f0.
-        """
+        """Mass where it is not given, K1, C1, f0; after a release every run's first state."""
         base = [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
         if self.mass is None:
             base.insert(
@@ -109,32 +106,33 @@ class ElementModel(ModelInTime):
             for name, powers, lower in base
         ]
         unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        return unknowns + [self._state(run, k) for run in self.states for k in (0, 1)]
-
-    def measurement(self, effect: str) -> Measurement | None:
-        """The delay of the channel, or nothing of the measurement."""
-        return Measurement.DELAY if is_delay(effect) else None
+        of_states = zip(
+            STATE_NAMES,
+            ((0, 1, 0), (0, 1, -1)),
+            (self.scale.deflection, self.scale.speed),
+            strict=True,
+        )
+        states = [
+            Parameter(
+                name,
+                self.unit_of(powers),
+                -np.inf,
+                np.inf,
+                scale,
+                effect=BASELINE,
+                gain_std=self.gains.of(powers),
+            )
+            for name, powers, scale in of_states
+        ]
+        return unknowns + [replace(state, run=run) for run in self.states for state in states]
 
     def _unit(self, parameter: EffectParameter) -> str:
         return self.unit_of(parameter.powers) if parameter.powers else parameter.unit
 
-    def _gain_std(self, parameter: EffectParameter) -> float:
-        return self.gains.of(parameter.powers) if parameter.powers else 0.0
-
-    def _state(self, run: str, k: int) -> Parameter:
-        """Deflection (0) or speed (1) at the first sample of a run."""
-        scale = (self.scale.deflection, self.scale.speed)[k]
-        powers = ((0, 1, 0), (0, 1, -1))[k]
-        return Parameter(
-            STATE_NAMES[k],
-            self.unit_of(powers),
-            -np.inf,
-            np.inf,
-            scale,
-            effect=BASELINE,
-            run=run,
-            gain_std=self.gains.of(powers),
-        )
+    @property
+    def response_unit(self) -> str:
+        """Unit of the channel."""
+        return self.units[1 if self.by_force else 0]
 
     def unit_of(self, powers: tuple[int, int, int]) -> str:
         """Unit text of a parameter with these powers of force, length and time."""
@@ -152,11 +150,22 @@ class ElementModel(ModelInTime):
         `refined` multiplies the steps of integration.
         """
         values = self._values(effects, theta)
-        if self.by_force:
-            response = self._motion(record, values, refined)
-        else:
-            response = self._force(record, values.flat, *values.laws)
-        return _read_late(record, response, values.delay)
+        first, second = values.laws
+        if not self.by_force:
+            return _read_late(record, self._force(record, values.flat, first, second), values.delay)
+        substeps = self.substeps * refined
+        q, _ = driven_motion(
+            self._fine_drive(record, substeps),
+            self._start(record, values),
+            substeps,
+            values.flat,
+            np.array([record.step / substeps, np.abs(record.motion[0]).max()]),
+            first.force,
+            second.force,
+            first.parameters,
+            second.parameters,
+        )
+        return _read_late(record, q[q.size - record.drive.size :], values.delay)
 
     def predicted_together(
         self,
@@ -171,73 +180,53 @@ class ElementModel(ModelInTime):
         """
         if not self.by_force:
             return None
-        motions = [
-            _Motion(number, record, values, table)
-            for number, (record, sets) in enumerate(runs)
-            for values in (self._values(effects, theta) for theta in sets)
-            if (table := values.table) is not None
-        ]
-        if len(motions) < sum(len(sets) for _, sets in runs):
+        lanes = [(record, self._values(effects, theta)) for record, sets in runs for theta in sets]
+        if any(values.table is None for _, values in lanes):
             return None
-        responses: list[list[FloatArray]] = [[] for _ in runs]
-        lengths = dict.fromkeys(motion.n_driven for motion in motions)
-        for length in lengths:
-            alike = [motion for motion in motions if motion.n_driven == length]
-            deflections = self._motions(alike, self.substeps * refined)
-            for motion, q in zip(alike, deflections, strict=True):
-                response = q[q.size - motion.record.drive.size :]
-                late = _read_late(motion.record, response, motion.values.delay)
-                responses[motion.number].append(late)
-        return responses
+        lengths = [_n_driven(record) for record, _ in lanes]
+        responses = {}
+        for length in dict.fromkeys(lengths):
+            alike = [k for k, other in enumerate(lengths) if other == length]
+            deflections = self._motions([lanes[k] for k in alike], self.substeps * refined)
+            for k, q in zip(alike, deflections, strict=True):
+                record, values = lanes[k]
+                responses[k] = _read_late(record, q[q.size - record.drive.size :], values.delay)
+        numbers = iter(range(len(lanes)))
+        return [[responses[next(numbers)] for _ in sets] for _, sets in runs]
 
-    def _motions(self, motions: Sequence["_Motion"], substeps: int) -> FloatArray:
+    def _motions(
+        self, motions: Sequence[tuple[ElementRecord, "_Values"]], substeps: int
+    ) -> FloatArray:
         """Deflections from the first driven sample on, drives of one length, (n_motions, n)."""
-        records = list(dict.fromkeys(motion.record for motion in motions))
+        records = list(dict.fromkeys(record for record, _ in motions))
         drives = [self._fine_drive(record, substeps) for record in records]
         n = (drives[0].size - 1) // (2 * substeps)
         most = {record: RUNAWAY * float(np.abs(record.motion[0]).max()) for record in records}
         # Fewer than three are as fast one by one.
         n_lanes = len(motions) if len(motions) < 3 else -(-len(motions) // _TOGETHER) * _TOGETHER
         lanes = [*motions, *[motions[0]] * (n_lanes - len(motions))]
-        numbers = np.array([records.index(lane.record) for lane in lanes])
-        state = np.array([[*self._start(lane.record, lane.values), 0.0] for lane in lanes])
-        limits = np.array([[lane.record.step / substeps, most[lane.record]] for lane in lanes])
-        p = np.array([np.append(lane.values.flat, lane.table[1]) for lane in lanes])
+        numbers = np.array([records.index(record) for record, _ in lanes])
+        state = np.array([[*self._start(record, values), 0.0] for record, values in lanes])
+        limits = np.array([[record.step / substeps, most[record]] for record, _ in lanes])
+        tables = [values.table for _, values in lanes if values.table is not None]
+        p = np.array(
+            [
+                np.append(values.flat, factors)
+                for (_, values), (_, factors) in zip(lanes, tables, strict=True)
+            ]
+        )
         state, limits, p = (np.ascontiguousarray(rows.T) for rows in (state, limits, p))
         deflections = np.empty((len(motions), n))
         for first in range(0, n, _AT_ONCE):
             last = min(first + _AT_ONCE, n)
             span = slice(2 * substeps * first, 2 * substeps * last + 1)
             force = np.column_stack([drive[span] for drive in drives])
-            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, lanes[0].table[0])
+            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, tables[0][0])
             deflections[:, first:last] = q[:, : len(motions)].T
         return deflections
 
-    def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
-        """Deflection under the record's force, shape (n,)."""
-        substeps = self.substeps * refined
-        fine = self._fine_drive(record, substeps)
-        start = self._start(record, values)
-        limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
-        first, second = values.laws
-        q, _ = driven_motion(
-            fine,
-            start,
-            substeps,
-            values.flat,
-            limits,
-            first.force,
-            second.force,
-            first.parameters,
-            second.parameters,
-        )
-        return q[q.size - record.drive.size :]
-
     def _fine_drive(self, record: ElementRecord, substeps: int) -> FloatArray:
-        """Drive between the samples, before a steady state with the periods run in.
-
-        That of the model's steps is kept as long as the record is in use.
-        """
+        """Drive between the samples, with the periods run in; that of the model's steps is kept."""
         fine = _FINE_DRIVES.setdefault(record, {})
         if substeps in fine:
             return fine[substeps]
@@ -266,61 +255,55 @@ class ElementModel(ModelInTime):
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
         """Values of a parameter set, sorted by what takes them."""
-        simulated: dict[str, float] = {"m": self.mass or 0.0}
-        of_laws: dict[str, list[float]] = {}
-        laws: list[ForceLaw] = []
-        delay = 0.0
         states: dict[str, list[float]] = {}
-        sizes: list[tuple[MemoryParts, float]] = []
-        for parameter, value in zip(self.parameters(effects), theta, strict=True):
-            effect = parameter.effect
+        values = [(BASELINE, "m", self.mass or 0.0)]
+        for parameter, value in zip(self.parameters(effects), theta.tolist(), strict=True):
             if parameter.run is not None:
-                states.setdefault(parameter.run, []).append(float(value))
-                continue
-            if effect in self.measured:
-                sizes.append((self.measured[effect].memory, float(value)))
-                law = self.measured[effect].of_size(float(value))
-                if law is not None:
-                    laws.append(law)
-                for name, level in self._friction_of(effect, float(value)).items():
-                    simulated[name] = simulated.get(name, 0.0) + level
-            elif effect in self.laws:
-                of_laws.setdefault(effect, []).append(float(value))
-            elif is_delay(effect):
-                delay += float(value)
+                states.setdefault(parameter.run, []).append(value)
             else:
-                for name in _simulated_names(effect, parameter.name):
-                    simulated[name] = simulated.get(name, 0.0) + float(value)
-        laws += [ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items()]
-        # The motion takes two laws: the first, and the sum of all others.
-        two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
-        return _Values(_flat(simulated, sizes), delay, two_laws, states)
-
-    def _friction_of(self, effect: str, size: float) -> dict[str, float]:
-        """Dry friction of a measured law by name in the flat array."""
-        levels = self.measured[effect].friction
-        return {"F_plus": size * levels[0], "F_minus": size * levels[1]} if any(levels) else {}
+                values.append((parameter.effect, parameter.name, value))
+        return self._sorted(values, states)
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
     ) -> FloatArray:
         """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
-        simulated: dict[str, float] = {}
-        law: ForceLaw | None = None
-        sizes: list[tuple[MemoryParts, float]] = []
-        if effect in self.measured:
-            size = next(iter(values.values()))
-            sizes.append((self.measured[effect].memory, size))
-            law = self.measured[effect].of_size(size)
-            simulated |= self._friction_of(effect, size)
-        elif effect in self.laws:
-            parameters = [values[p.name] for p in self.cards[effect].parameters]
-            law = ForceLaw(self.laws[effect], np.array(parameters))
-        else:
-            for name, value in values.items():
-                simulated |= dict.fromkeys(_simulated_names(effect, name), value)
-        force = self._force(record, _flat(simulated, sizes), law or _NO_LAW, _NO_LAW)
+        names = [p.name for p in self.cards[effect].parameters] if effect in self.laws else values
+        of_effect = self._sorted([(effect, name, values[name]) for name in names], {})
+        force = self._force(record, of_effect.flat, *of_effect.laws)
         return band_limited(force, record.step, record.cutoff_hz)
+
+    def _sorted(
+        self, values: Iterable[tuple[str, str, float]], states: Mapping[str, Sequence[float]]
+    ) -> "_Values":
+        """Values by effect and name, sorted by what takes them."""
+        simulated: dict[str, float] = {}
+        of_laws: dict[str, list[float]] = {}
+        laws: list[ForceLaw] = []
+        delay = 0.0
+        sizes: list[tuple[MemoryParts, float]] = []
+        for effect, parameter, value in values:
+            taken = {}
+            if effect in self.measured:
+                sizes.append((self.measured[effect].memory, value))
+                law = self.measured[effect].of_size(value)
+                laws += [law] if law is not None else []
+                plus, minus = self.measured[effect].friction
+                taken = {"F_plus": value * plus, "F_minus": value * minus}
+            elif effect in self.laws:
+                of_laws.setdefault(effect, []).append(value)
+            elif self.measurement(effect) is Measurement.DELAY:
+                delay += value
+            else:
+                known = self.effects.get(effect)
+                taken = dict.fromkeys(known.values_of(parameter) if known else [parameter], value)
+            for name, added in taken.items():
+                simulated[name] = simulated.get(name, 0.0) + added
+        laws += [ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items()]
+        flat = np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
+        # The motion takes two laws: the first, and the sum of all others.
+        two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
+        return _Values(flat, delay, two_laws, states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,7 +315,7 @@ class _Values:
     laws: tuple[ForceLaw, ForceLaw]
     states: Mapping[str, Sequence[float]]
 
-    @property
+    @cached_property
     def table(self) -> tuple[FloatArray, tuple[float, float]] | None:
         """Cells of the only law beside the compiled ones, and its factors as in `smooth_motions`.
 
@@ -351,25 +334,9 @@ class _Values:
         return cells, (0.0, size) if times_speed else (size, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class _Motion:
-    """One of several motions that are integrated together."""
-
-    number: int  # Number of the run
-    record: ElementRecord
-    values: _Values
-    table: tuple[FloatArray, tuple[float, float]]
-
-    @property
-    def n_driven(self) -> int:
-        """Samples with those of the periods run in."""
-        run_in = self.record.period if self.record.in_steady_state else 0
-        return self.record.drive.size + _RUN_IN_PERIODS * run_in
-
-
-def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, float]]) -> FloatArray:
-    """Values of the compiled laws, and the parts of laws with a memory behind them."""
-    return np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
+def _n_driven(record: ElementRecord) -> int:
+    """Samples with those of the periods run in."""
+    return record.drive.size + _RUN_IN_PERIODS * record.period * record.in_steady_state
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
@@ -393,18 +360,6 @@ def values_by_effect(
     for parameter, value in zip(parameters, theta, strict=True):
         values.setdefault(parameter.effect, {})[parameter.name] = float(value)
     return values
-
-
-def is_delay(effect: str) -> bool:
-    """Whether an effect is the delay of the channel."""
-    known = ELEMENT_EFFECTS.get(effect)
-    return known is not None and known.measurement is Measurement.DELAY
-
-
-def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
-    """Names in the flat array that a parameter is added to."""
-    known = ELEMENT_EFFECTS.get(effect)
-    return known.values_of(parameter) if known else (parameter,)
 
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.

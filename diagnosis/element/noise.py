@@ -52,7 +52,7 @@ _FEWEST = 16
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
 #: Periods of the band's end by which records are continued before filtering.
-_REACH = 20.0
+REACH = 20.0
 
 
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
@@ -68,28 +68,25 @@ def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tupl
     )
     if channel.noise_std is not None:
         return np.maximum(channel.noise_std**2, least), True
-    repeated = [_scatter_over_periods(record) for record in records]
-    if all(value is not None for value in repeated):
+    repeated = []
+    for record in records:
+        values, counts = record.by_period(record.response), record.by_period(record.counts)
+        if values is not None and counts is not None and counts.all(axis=0).any():
+            repeated.append(values[:, counts.all(axis=0)].var(axis=0, ddof=1).mean())
+    if len(repeated) == len(records):
         return np.maximum(np.array(repeated, dtype=np.float64), least), True
     return np.maximum([_plateau(record) for record in records], least), False
 
 
-def scatter_is_noise(records: Sequence[ElementRecord], variance: FloatArray) -> bool:
+def scatter_is_noise(records: Sequence[ElementRecord]) -> bool:
     """Whether what does not repeat is as high as the noise above the band of the motion.
 
     A stiffness that changes in time, or a load that no period has twice, does not repeat either,
     and lies where the motion is.
     """
     plateau = float(np.mean([_plateau(record) for record in records]))
-    return float(np.mean(variance)) <= Thresholds().most_coloured * plateau
-
-
-def _scatter_over_periods(record: ElementRecord) -> float | None:
-    values = record.by_period(record.response)
-    counts = record.by_period(record.counts)
-    if values is None or counts is None or not counts.all(axis=0).any():
-        return None
-    return float(values[:, counts.all(axis=0)].var(axis=0, ddof=1).mean())
+    variance = float(np.mean([record.noise for record in records]))
+    return variance <= Thresholds().most_coloured * plateau
 
 
 def _plateau(record: ElementRecord) -> float:
@@ -223,9 +220,9 @@ class NoiseWeight:
     step: float  # Sampling interval [s]
     band_hz: float  # End of the band
     #: m, C1, K1 of a force drive; None where the force is measured
-    element: tuple[float, float, float] | None
-    variance: float  # Variance of the channel's noise
-    force: float  # RMS of the force
+    element: tuple[float, float, float] | None = None
+    variance: float = 0.0  # Variance of the channel's noise
+    force: float = 0.0  # RMS of the force
     #: Noise of a driven deflection, which its element makes a force
     carried: MotionNoise | None = None
     correlation_time: float = 0.0  # Of the channel's noise [s]; 0 where it is white
@@ -251,7 +248,7 @@ class NoiseWeight:
 
     def floor(self) -> float:
         """Mean square that the noise of channel and driven deflection leaves after the filter."""
-        frequency = np.linspace(0.0, 0.5 / self.step, 4097)
+        frequency = np.linspace(0.0, 0.5 / self.step, _FREQUENCIES)
         density = self.noise_square(frequency) * self.noise_gain(frequency) ** 2
         if self.carried is not None:
             density = density + self.carried.density(frequency)
@@ -259,7 +256,7 @@ class NoiseWeight:
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns through the filter, shape (n_columns, n)."""
-        reach = int(_REACH / (self.band_hz * self.step)) + 10
+        reach = int(REACH / (self.band_hz * self.step)) + 10
         rows = with_gain(columns, self.step, self._gain_once, reach=reach)
         n = columns.shape[-1]
         slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)

@@ -3,7 +3,7 @@
 Both drives, its library, sums by block and band; trial drives; another simulator as its baseline.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any
@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.classes.gram_table import GramTable, discrepancy_shift
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force, force_library
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
-from carrierflex.diagnosis.element.first_states import with_likely_start
+from carrierflex.diagnosis.element.columns import force_derivatives, holds_shapes
 from carrierflex.diagnosis.element.force_records import has_one_frequency, while_moving
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
-from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
+from carrierflex.diagnosis.element.motion import with_likely_start
 from carrierflex.diagnosis.element.noise import (
     carried_noise,
     declared_gains,
@@ -32,7 +32,6 @@ from carrierflex.diagnosis.element.noise import (
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
     element_records,
-    measured_states,
     prepared_record,
     refuse_mixed_units,
     run_in_use,
@@ -43,7 +42,6 @@ from carrierflex.diagnosis.element.signatures import (
     element_scale,
     element_signatures,
     element_starts,
-    signature_columns,
 )
 from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
@@ -89,9 +87,7 @@ _CYCLES = 12
 class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     """One element, its records and its library."""
 
-    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
     noise_is_measured: bool  # Whether it was declared or comes from repeats
-    channel: str  # Name of the channel
     #: Whether the campaign declares it, so that the scatter of repeats is compared with it
     noise_is_declared: bool = False
     #: What the records cannot say of their noise; empty where the floor is known
@@ -109,12 +105,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     @property
     def unit(self) -> str:
         """Unit of the channel."""
-        return self.model.units[1 if self.model.by_force else 0]
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Name of the channel."""
-        return (self.channel,)
+        return self.model.response_unit
 
     @property
     def gains(self) -> DeclaredGains:
@@ -126,43 +117,22 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Ends of the bands of the score [Hz]."""
         return edges_of_bands_hz(self.records, _BANDS)
 
-    @property
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of the channel; its zero is not taken from the records."""
-        return [(np.array([variance]), np.zeros(1)) for variance in self.noise]
-
     def simulator(self, effects: Effects) -> Callable[[ElementRecord, FloatArray, int], FloatArray]:
         """Response that a parameter set predicts for a record."""
         return lambda record, theta, refined: self.model.predicted(
             record, effects, theta, refined=refined
         )
 
-    def predicted_together(
-        self,
-        effects: Effects,
-        runs: Sequence[tuple[ElementRecord, Sequence[FloatArray]]],
-        refined: int,
-    ) -> list[list[FloatArray]] | None:
-        """Responses to several parameter sets that are smooth; None under others."""
-        return self.model.predicted_together(effects, runs, refined)
-
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:
         """Starts from force space."""
-        return element_starts(self.model, self._signatures, self._columns, effects, known)
+        return element_starts(self.model, self._signatures, effects, known)
 
     def gap(self, effects: Effects, theta: FloatArray) -> ElementGap:
         """Gap by line or band and run."""
-        return ElementGap(
-            self.model,
-            self.records,
-            self.residuals(effects, theta),
-            self.noise,
-            self.noise_is_declared,
-            self.channel,
-            self.unit,
-        )
+        residuals = self.residuals(effects, theta)
+        return ElementGap(self.model, self.records, residuals, self.noise_is_declared)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Force-space loops for the report."""
@@ -185,7 +155,12 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             for factor in _AMPLITUDES
         ]
         unit = model.units[0 if model.by_force else 1]
-        for frequency in _trial_frequencies_hz(model):
+        scale = model.scale
+        # About the natural frequency, or the mean frequency of the motion.
+        is_resonant = scale.m > 0.0 and scale.K1 > 0.0
+        omega = np.sqrt(scale.K1 / scale.m) if is_resonant else scale.speed / scale.deflection
+        for factor_of_frequency in _FREQUENCIES:
+            frequency = float(factor_of_frequency * omega / (2.0 * np.pi))
             step = min(largest.step, 1.0 / (40.0 * frequency))
             time = step * np.arange(min(_SAMPLES, int(_CYCLES / (frequency * step))))
             for factor in (0.5, 1.0, 2.0):
@@ -203,17 +178,16 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         counts = np.arange(drive.size) >= drive.size // 4
 
         def record(response: FloatArray) -> ElementRecord:
-            return prepared_record(
+            trial = prepared_record(
                 ("trial", "trial"), step, drive, response, by_force=stepped.by_force, counts=counts
             )
+            return replace(trial, noise=self.records[0].noise)
 
         blank = record(np.linspace(0.0, stepped.scale.deflection, drive.size))
         predicted = stepped.predicted(blank, effects, theta)
         if not np.isfinite(predicted).all():
             return None
-        return replace(
-            self, model=stepped, records=(record(predicted),), noise=self.noise[:1], table=None
-        )
+        return replace(self, model=stepped, records=(record(predicted),), table=None)
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
@@ -235,7 +209,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Table of the classes; None where the records are too short for it."""
         if self.table is not None:
             return self.table
-        return element_table(self.model, self.records, self.noise, _LIMITS)
+        return element_table(self.model, self.records, _LIMITS)
 
     @property
     def signal_square(self) -> float:
@@ -254,19 +228,17 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         return has_one_frequency(self.records)
 
     def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Shift of the parameters with a discrepancy; zero without a table of the classes."""
-        parameters = self.parameters(effects)
-        table = self.class_table
-        if table is None:
+        """Shift of the parameters with a discrepancy of the classes; zero without their table.
+
+        The force is taken as linear at the fit. Zero too where the table does not hold it: what its
+        columns then miss would be taken for a discrepancy.
+        """
+        parameters, table = self.parameters(effects), self.class_table
+        if table is None or not holds_shapes(table.bases.size, parameters, theta):
             return np.zeros(len(parameters))
-        return parameter_shift(
-            self.model,
-            table.table,
-            table.bases.size,
-            parameters,
-            theta,
-            independent_samples=table.independent_samples,
-        )
+        J = force_derivatives(self.model, table.table, table.bases.size, parameters, theta)
+        n = table.independent_samples
+        return discrepancy_shift(table.table, J, independent_samples=n)
 
     def delay_words(self, theta: FloatArray) -> str:
         """What a delay of half a sample does to the damping at one frequency.
@@ -308,8 +280,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
         def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
-            problem = _problem_of_records(other, shapes)
-            return mean_square_of(problem.for_laws(laws), laws)
+            return mean_square_of(_problem_of_records(other, shapes).for_laws(laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -317,19 +288,12 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
-            with_laws=lambda laws, values, shapes: self.wiring_beside(
-                laws, shapes, lambda other: refitted(other, laws, shapes)
-            ),
+            with_laws=partial(self.wiring_beside, refitted),
         )
 
     @cached_property
-    def _columns(self) -> tuple[Column, ...]:
-        return signature_columns(self.model)
-
-    @cached_property
-    def _signatures(self) -> Signatures:
-        moving = map(while_moving, self.records, self.noise.tolist())
-        return element_signatures(self.model, tuple(moving))
+    def _signatures(self) -> Signatures[Column]:
+        return element_signatures(self.model, tuple(map(while_moving, self.records)))
 
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
@@ -337,19 +301,23 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     problem = _problem_of_records(campaign, measured_laws)
     if problem.noise_is_measured:
         return problem
-    noise, note, table = _believable_noise(problem.model, problem.records, problem.noise)
-    return replace(problem, noise=noise, noise_note=note, table=table)
+    return _with_believable_noise(problem)
 
 
 def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> ElementProblem:
     """The same with the noise that the records show, whether it is believable or not."""
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
+    records = _with_noise(records, noise)
     drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
     channel = campaign.channels[0]
     refuse_mixed_units(campaign)
     per_mass = drive in PER_MASS and mass is None
-    units = _units(campaign, per_mass=per_mass)
+    if drive in PER_MASS:
+        units = (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
+    else:
+        input_unit = next(iter(campaign.input_units.values()))
+        units = (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
     added = law_cards(measured_laws, units)
     cards, laws = force_library(ELEMENT, (*ELEMENT_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
@@ -360,65 +328,60 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
+        channels=(channel.name,),
         units=units,
         substeps=1,
         laws=laws,
         known=known_physics(campaign),
-        states=measured_states(records) if drive == FREE_DECAY else {},
+        states=(
+            {record.name: record.measured_start for record in records}
+            if drive == FREE_DECAY
+            else {}
+        ),
         per_mass=per_mass,
         gains=declared_gains(campaign),
         measured={law.name: element_law(law) for law in measured_laws},
     )
-    scale = element_scale(unscaled, tuple(map(while_moving, records, noise.tolist())))
+    scale = element_scale(unscaled, tuple(map(while_moving, records)))
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
     if model.by_force and not model.states:
         records = tuple(with_likely_start(model, record) for record in records)
     noise = noise + np.array([carried_noise(model, record) for record in records])
-    is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records, noise)
+    records = _with_noise(records, noise)
+    is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records)
     return ElementProblem(
         model,
         records,
-        noise,
         measured,
-        channel.name,
         noise_is_declared=channel.noise_std is not None,
         scatter_note="" if is_noise else _NO_NOISE,
     )
 
 
-def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
-    """Units of force and deflection."""
-    channel, drive = campaign.channels[0], campaign.rig["drive"]
-    if drive in PER_MASS:
-        return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
-    input_unit = next(iter(campaign.input_units.values()))
-    return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
+def _with_noise(
+    records: Sequence[ElementRecord], noise: Iterable[float]
+) -> tuple[ElementRecord, ...]:
+    return tuple(
+        replace(record, noise=float(variance))
+        for record, variance in zip(records, noise, strict=True)
+    )
 
 
-def _believable_noise(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
-) -> tuple[FloatArray, str, ElementTable | None]:
-    """Variance of the noise by run, raised to what no class learns where the plateau is absurd."""
-    table = element_table(model, records, noise, _LIMITS)
+def _with_believable_noise(problem: ElementProblem) -> ElementProblem:
+    """Variance of the noise raised to what no class learns where the plateau is absurd."""
+    table = problem.class_table
     if table is None:
-        return noise, "", None
+        return problem
     scores, floor = table.scores, float(table.table.floor.sum())
     classes = [scores.of((name,)).total for name in table.table.classes]
     least = min(scores.ceiling().total, *classes)
     if least <= Thresholds().most_coloured * floor:
-        return noise, "", table
+        return replace(problem, table=table)
     # After a low-pass filter the plateau of the spectrum is what the filter let through.
-    return np.asarray(noise * least / max(floor, 1e-300)), _FLOOR_NOTE, None
-
-
-def _trial_frequencies_hz(model: ElementModel) -> list[float]:
-    """Frequencies about the natural one, or about the mean frequency of the motion."""
-    scale = model.scale
-    is_resonant = scale.m > 0.0 and scale.K1 > 0.0
-    omega = np.sqrt(scale.K1 / scale.m) if is_resonant else scale.speed / scale.deflection
-    return [float(factor * omega / (2.0 * np.pi)) for factor in _FREQUENCIES]
+    raised = [record.noise * least / max(floor, 1e-300) for record in problem.records]
+    return replace(problem, records=_with_noise(problem.records, raised), noise_note=_FLOOR_NOTE)
 
 
 def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
@@ -433,7 +396,7 @@ def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> Elem
     runs = [run_in_use(run) for run in campaign.runs]
     predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in runs]
     simulated = tuple(
-        record.with_response(response) if by_force else record.with_force(response)
+        record.with_response(response) if by_force else replace(record, response=response, gap=None)
         for record, response in zip(problem.records, predicted, strict=True)
     )
     # What the prediction contains already is no candidate.

@@ -1,7 +1,7 @@
 """One run of an element campaign, prepared once: motion, drive, blocks and bands."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,9 +22,11 @@ from carrierflex.identification.estimation.free_decay import released_motion
 from carrierflex.simulation.element.drives import BASE, BY_FORCE, FREE_DECAY, PER_MASS
 
 FloatArray = NDArray[np.float64]
+#: Deflection, speed and acceleration.
+Motion = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
-_PIECES = 24
+BLOCKS = 24
 _FEWEST_IN_BLOCK = 64
 #: Periods of the usable band's end that a derivative needs on either side, and the share of a
 #: record they may take at either end.
@@ -51,9 +53,8 @@ class ElementRecord:
     response: FloatArray
     counts: NDArray[np.bool_]  # Samples that are scored: measured and settled, shape (n,)
     block: NDArray[np.int64]  # Block of every sample; -1 where it does not count, shape (n,)
-    n_blocks: int  # Number of blocks
     #: Deflection, speed and acceleration in the trusted band, shape (n,)
-    motion: tuple[FloatArray, FloatArray, FloatArray]
+    motion: Motion
     cutoff_hz: float  # End of the usable band
     period: int  # Samples a period; 0 where the drive is not periodic
     in_steady_state: bool  # Whether the record starts in the steady state of a periodic drive
@@ -64,8 +65,16 @@ class ElementRecord:
     base: FloatArray | None = None
     #: Variance of the noise of a measured force or deflection: declared, or of its steps
     drive_noise: float = 0.0
+    #: noise, zero_noise: variance of the noise of the channel; its zero is not of the records
+    noise: float = 0.0
+    zero_noise: float = 0.0
     #: Deflection and speed at the first sample; None: those of `motion`
     start: tuple[float, float] | None = None
+
+    @cached_property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.block.max()) + 1
 
     @property
     def time(self) -> FloatArray:
@@ -133,24 +142,6 @@ class ElementRecord:
         motion = of(response, self.step, self.cutoff_hz)
         return replace(self, response=response, motion=motion, gap=None)
 
-    def beginning(self, n: int) -> "ElementRecord":
-        """Copy of the first `n` samples."""
-        q, v, a = self.motion
-        return replace(
-            self,
-            drive=self.drive[:n],
-            response=self.response[:n],
-            counts=self.counts[:n],
-            block=self.block[:n],
-            motion=(q[:n], v[:n], a[:n]),
-            gap=None if self.gap is None else self.gap[:n],
-            base=None if self.base is None else self.base[:n],
-        )
-
-    def with_force(self, response: FloatArray) -> "ElementRecord":
-        """Copy that measured another force under the same motion."""
-        return replace(self, response=response, gap=None)
-
 
 def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
     """Every run of an element campaign, prepared; refused where a signal is missing or constant."""
@@ -160,7 +151,7 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
         for input_name, values in run.inputs.items():
             _refuse_empty(run, values, input_name)
         _refuse_empty(run, run.signals[channel.name], channel.name)
-    n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
+    n_blocks = max(2, min(12, round(BLOCKS / len(campaign.runs))))
     settle = int(campaign.rig.get("settle_samples", 0))
     return tuple(
         _record(
@@ -227,16 +218,12 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
         in_steady_state=bool(period) and settle == 0,
         n_blocks=n_blocks,
     )
-    return replace(record, drive_noise=_drive_noise(campaign, run))
-
-
-def _drive_noise(campaign: Campaign, run: Run) -> float:
-    """Variance of the noise of a measured force or deflection; none of a base or a release."""
-    if campaign.rig["drive"] in PER_MASS:
-        return 0.0
+    if rig["drive"] in PER_MASS:
+        return record
+    # The input is a measured force or deflection; a base or a release has no noise.
     name = next(iter(campaign.contract.inputs))
     declared = campaign.input_of(name).noise_std or 0.0
-    return max(declared**2, noise_of_steps(run.inputs[name]))
+    return replace(record, drive_noise=max(declared**2, noise_of_steps(run.inputs[name])))
 
 
 def noise_of_steps(values: FloatArray) -> float:
@@ -269,22 +256,27 @@ def prepared_record(
     the windows that count, all of them by default.
     """
     deflection, force = (response, drive) if by_force else (drive, response)
-    spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
+    known = np.ones(counts.size, dtype=bool) if known is None else known
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    spans = [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
     longest = max(spans, key=lambda span: span.stop - span.start)
     is_released = not force.any()
+    pieces = [deflection[longest]]
     if is_released:
-        trusted = _released_frequency(deflection[longest], step)
-    else:
-        trusted = trusted_frequency(deflection[longest], step)
+        # A decay is clear of its noise in the largest of its stretches.
+        n = max(1, min(_RELEASED_STRETCHES, pieces[0].size // _FEWEST_IN_STRETCH))
+        pieces = np.array_split(pieces[0], n)
+    trusted = trusted_frequency(max(pieces, key=np.std), step, is_slow=is_released)
     cutoff = band_end(trusted, step)
     if not (by_force and period):
+        # Derivatives are known away from the ends of what is known.
         edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (trusted * step)
-        counts = counts & _is_inner(counts.size, spans, edge)
-    block, n_blocks = _blocks(counts, period, n_blocks)
-    motion = (released_motion if is_released else _motion)(deflection, step, cutoff)
-    if is_released:
-        # The force that a free decay balances is that of inertia.
-        force = -motion[2]
+        inner = np.zeros(counts.size, dtype=bool)
+        for span in spans:
+            most = int(_LARGEST_EDGE * (span.stop - span.start))
+            left_out = min(int(np.ceil(edge)), most)
+            inner[span.start + left_out : span.stop - left_out] = True
+        counts = counts & inner
     return ElementRecord(
         name=names[0],
         condition=names[1],
@@ -292,9 +284,8 @@ def prepared_record(
         drive=drive,
         response=response,
         counts=counts,
-        block=block,
-        n_blocks=n_blocks,
-        motion=motion,
+        block=_blocks(counts, period, n_blocks),
+        motion=(released_motion if is_released else _motion)(deflection, step, cutoff),
         cutoff_hz=cutoff,
         period=period,
         in_steady_state=in_steady_state,
@@ -302,37 +293,12 @@ def prepared_record(
     )
 
 
-def _spans(known: NDArray[np.bool_]) -> list[slice]:
-    """Stretches of samples that are known, in order."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
-    return [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
-
-
-def _released_frequency(deflection: FloatArray, step: float) -> float:
-    """Frequency [Hz] up to which a decay is clear of its noise in the largest of its stretches."""
-    n = max(1, min(_RELEASED_STRETCHES, deflection.size // _FEWEST_IN_STRETCH))
-    stretches = np.array_split(deflection, n)
-    return trusted_frequency(max(stretches, key=np.std), step, is_slow=True)
-
-
-def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:
-    """Samples of `n` that are far enough from the ends of a known span for their derivatives."""
-    inner = np.zeros(n, dtype=bool)
-    for span in spans:
-        length = span.stop - span.start
-        edge = min(int(np.ceil(edge_samples)), int(_LARGEST_EDGE * length))
-        inner[span.start + edge : span.stop - edge] = True
-    return inner
-
-
-def _motion(
-    deflection: FloatArray, step: float, cutoff: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _motion(deflection: FloatArray, step: float, cutoff: float) -> Motion:
     q, v, a = (band_limited(deflection, step, cutoff, derivative=order) for order in (0, 1, 2))
     return q, v, a
 
 
-def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
+def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> NDArray[np.int64]:
     """Cut from the first to the last sample that counts into blocks of like length."""
     counted = np.flatnonzero(counts)
     first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
@@ -343,22 +309,13 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
         n_blocks = max(1, n // length)
     position = np.minimum((counted - first) // length, n_blocks - 1)
     # A block that is missing throughout is no block.
-    present, number = np.unique(position, return_inverse=True)
     block = np.full(counts.size, -1)
-    block[counted] = number
-    return block, present.size
-
-
-def measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
-    """Deflection and speed at the first sample of every run."""
-    return {record.name: record.measured_start for record in records}
+    block[counted] = np.unique(position, return_inverse=True)[1]
+    return block
 
 
 def refuse_mixed_units(campaign: Campaign) -> None:
-    """A voltage analogue declares both units.
-
-    With one of them in SI the parameters would have none that make sense.
-    """
+    """Refuse an analogue with one unit in SI: its parameters would have none that make sense."""
     if campaign.rig["drive"] == FREE_DECAY:
         return
     channel = campaign.channels[0]

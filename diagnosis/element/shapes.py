@@ -1,7 +1,7 @@
 """The measured shape of a class: its curve with a band over the blocks, and its law."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -38,26 +38,25 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
+    DELAY,
+    DRIVE_SIDE,
+    TIME_VARIATION,
     ElementBases,
+    MotionSize,
     memory_of_stops,
-    step_at_rest,
+    static_law,
     stops_columns,
     stops_of,
     surface_products,
 )
-from carrierflex.diagnosis.element.laws import (
-    DRIVE_SIDE,
-    TIME_VARIATION,
-    MotionSize,
-    static_law,
-)
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.element.table import ElementTable
+from carrierflex.diagnosis.element.table import CLASS_GROUPS, ElementTable
+from carrierflex.diagnosis.kind.motion_columns import curved_speed, step_at_rest
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
-from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_terms
+from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, law_terms
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -77,20 +76,8 @@ from carrierflex.simulation.laws import (
 
 #: Group of the bristles that turn as dry friction begins to slip.
 _PRESLIDING = "presliding"
-#: Groups whose columns make the curve of a class.
-_GROUPS: dict[str, tuple[str, ...]] = {
-    RESTORING_FORCE: ("f",),
-    DISSIPATION: ("g", "jump", _PRESLIDING),
-    COUPLED_DAMPING: ("h",),
-    HYSTERESIS: ("stops",),
-    MEMORY: ("prony",),
-    TIME_VARIATION: ("time",),
-    DRIVE_SIDE: ("side",),
-}
 #: Turns after which a loop is drawn: smooth ones drift to where they close.
 _SETTLING = 12
-#: Groups whose columns make the surface, dry friction with a memory last.
-_SURFACE_GROUPS = ("f", "g", "jump", "h", "surface")
 #: Points of the table over deflection, and half of those over speed.
 _POINTS = 33
 #: Where in the range of the deflection the curves are drawn.
@@ -106,29 +93,6 @@ _EQUATIONS = {
     MEMORY: "branches that relax",
     FORCE_SURFACE: "f(q, v)",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """Rows of a curve: abscissa, values of each column along it, names of both axes."""
-
-    x: FloatArray
-    rows: FloatArray
-    labels: tuple[str, str]
-    units: tuple[str, str]
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """Points of a surface and its columns there, shape (n_columns, n_x * n_v)."""
-
-    x: FloatArray
-    v: FloatArray
-    columns: FloatArray
-
-    def values(self, weights: FloatArray) -> FloatArray:
-        """Force at the points, shape (n_x, n_v)."""
-        return np.reshape(weights @ self.columns, (self.x.size, self.v.size))
 
 
 def measured_shape(
@@ -150,31 +114,31 @@ def measured_shape(
         shape, measured_law = _surface_shape(table.bases, model, scores, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
-    if name not in _GROUPS:
+    if name == DELAY or name not in CLASS_GROUPS:
         return None, None
-    curve = _curve(table, name, units)
+    x, rows, labels, units_of_curve = _curve(table, name, units)
     has_loop = name == HYSTERESIS and table.loop is not None
-    groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
+    groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
     columns = np.concatenate([scores.table.groups[group].columns for group in groups])
     draws, damping = _with_damping(model, scores, squares, columns)
-    drawn = draws @ curve.rows
-    curves = np.array([values - _baseline_share(curve.x, values, name) for values in drawn])
+    drawn = draws @ rows
+    curves = np.array([values - _baseline_share(x, values, name) for values in drawn])
     smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
     if name == DISSIPATION:
         rest_speed = table.bases.size.rest_speed
-        smooth, steps = without_steps(curve.x, curves[0], rest_speed)
-        friction = half_step(curve.x, curves, rest_speed)
-        at_rest = np.array([np.interp(0.0, curve.x, values) for values in drawn])
-        curves = drawn - at_rest[:, None] + np.outer(damping, curve.x)
+        smooth, steps = without_steps(x, curves[0], rest_speed)
+        friction = half_step(x, curves, rest_speed)
+        at_rest = np.array([np.interp(0.0, x, values) for values in drawn])
+        curves = drawn - at_rest[:, None] + np.outer(damping, x)
     y, band = curves[0], band_of(curves[0], curves[1:])
     shape = MeasuredShape(
-        curve.x,
+        x,
         y,
         band,
-        _law_curve(table, curve, name, law, y),
-        curve.labels,
-        curve.units,
-        shape_words(name, curve.x, y, curve.units, friction),
+        _law_curve(table, name, law, x, y),
+        labels,
+        units_of_curve,
+        shape_words(name, x, y, units_of_curve, friction),
         smooth,
         steps,
     )
@@ -199,63 +163,49 @@ def _law(
     units: tuple[str, str],
 ) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
+    size = table.bases.size
     if name in TABULATED:
         terms: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
-            terms += _friction_parts(table.bases.size, shape.steps, weights)
+            # Dry friction whose steps at rest are those of the curve, its bristles as stops.
+            slips = np.maximum(weights[-size.presliding.size :], 0.0)
+            turning = min(float(slips.sum()), *shape.steps)
+            if turning > 0.0:
+                terms += _stops_of_friction(size, slips * turning / slips.sum())
+            plus, minus = (step - turning for step in shape.steps)
+            terms += [Friction(ELEMENT, plus, minus)] if plus or minus else []
         return Law("", ELEMENT, name, units, tuple(terms))
     if name not in WITH_MEMORY:
         return None
-    size = table.bases.size
-    rows = _rows_with_memory(table, name, weights)
-    return Law("", ELEMENT, name, units, law_terms(rows), {"deflection": (size.low, size.high)})
-
-
-def _friction_parts(
-    size: MotionSize, steps: tuple[float, float], weights: FloatArray
-) -> Sequence[LawTerm]:
-    """Dry friction whose steps at rest are those of the curve, its bristles as stops."""
-    slips = np.maximum(weights[-size.presliding.size :], 0.0)
-    turning = min(float(slips.sum()), *steps)
-    terms: list[LawTerm] = []
-    if turning > 0.0:
-        bristles = _stops_of_bristles(size.presliding, slips * turning / slips.sum())
-        terms += law_terms(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
-    plus, minus = (step - turning for step in steps)
-    return [*terms, Friction(ELEMENT, plus, minus)] if plus or minus else terms
-
-
-def _rows_with_memory(table: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
-    """Branches of a memory; stops and smooth loop of a hysteresis."""
     if name == MEMORY:
         rows = np.column_stack([table.bases.taus, np.maximum(weights, 0.0)])
-        return replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
-    if table.loop is None:
-        return stops_of(weights, table.bases.size)
-    stops = stops_of(weights[:-1], table.bases.size).stops
-    return replace(NO_PARTS, stops=stops, loops=table.loop.row(weights[-1])[None])
+        parts = replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
+    elif table.loop is None:
+        parts = stops_of(weights, size)
+    else:
+        loops = table.loop.row(weights[-1])[None]
+        parts = replace(stops_of(weights[:-1], size), loops=loops)
+    return Law("", ELEMENT, name, units, law_terms(parts), {"deflection": (size.low, size.high)})
 
 
-def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
-    """Columns of a class along its abscissa."""
+def _curve(
+    table: ElementTable, name: str, units: tuple[str, str]
+) -> tuple[FloatArray, FloatArray, tuple[str, str], tuple[str, str]]:
+    """Abscissa of a class, its columns along that, names and units of both axes."""
     force, length = units
     bases, size = table.bases, table.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
-        return _Curve(x, bases.force(x), ("deflection", "restoring force"), (length, force))
+        return x, bases.force(x), ("deflection", "restoring force"), (length, force)
     if name == COUPLED_DAMPING:
-        return _Curve(
-            x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
-        )
+        return x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
     if name == DISSIPATION:
-        curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
-        v = 0.1 * size.speed * np.sinh(curved)
-        sign = np.tanh(v / size.rest_speed)
+        v = bases.drawn_speeds(2 * POINTS)
         # A bristle that has turned holds its whole force against the motion.
-        turned = np.tile(sign, (size.presliding.size, 1))
-        steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-        rows = np.concatenate([bases.speed(curved), steps, turned])
-        return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
+        turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
+        curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
+        rows = np.concatenate([bases.speed(curved), step_at_rest(v, size.rest_speed), turned])
+        return v, rows, ("speed", "dissipative force"), (f"{length}/s", force)
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
         angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
@@ -264,22 +214,19 @@ def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
         if table.loop is not None:
             rows = np.vstack([rows, table.loop.along(turns)])
         turn = slice(-4 * POINTS, None)
-        return _Curve(
-            turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
-        )
+        return turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
+    stiffness = ("s", f"{force}/{length}")
     if name == MEMORY:
         t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)
         rows = np.exp(-t[None] / bases.taus[:, None])
-        return _Curve(
-            t, rows, ("time after a step", "relaxing stiffness"), ("s", f"{force}/{length}")
-        )
+        return t, rows, ("time after a step", "relaxing stiffness"), stiffness
     if name == TIME_VARIATION:
         t = np.linspace(bases.time.low, bases.time.high, POINTS)
         splines = bases.time(t) / size.half_range
         rows = np.vstack([splines, np.zeros((2 * len(splines), t.size))])
-        return _Curve(t, rows, ("time", "stiffness"), ("s", f"{force}/{length}"))
+        return t, rows, ("time", "stiffness"), stiffness
     u = np.linspace(bases.side.low, bases.side.high, POINTS)
-    return _Curve(u, bases.side(u), ("drive", "force"), (force, force))
+    return u, bases.side(u), ("drive", "force"), (force, force)
 
 
 def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
@@ -301,18 +248,17 @@ def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
 
 
 def _law_curve(
-    table: ElementTable, curve: _Curve, name: str, law: NearestLaw, y: FloatArray
+    table: ElementTable, name: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
     """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
     if not law.id or name not in (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING):
         return np.empty(0)
-    still = np.zeros(curve.x.size)
-    is_speed = name == DISSIPATION
-    q, v = (still, curve.x) if is_speed else (curve.x, still + 1.0)
+    still = np.zeros(x.size)
+    q, v = (still, x) if name == DISSIPATION else (x, still + 1.0)
     shapes = static_law(law.id, q, v, table.bases.size)
     if shapes is None:
         return np.empty(0)
-    fits = [fitted_law(columns, curve.x, y) for columns in shapes]
+    fits = [fitted_law(columns, x, y) for columns in shapes]
     return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
 
 
@@ -322,45 +268,47 @@ def _surface_shape(
     """Force over the speed at two deflections, and the surface as a law without a name."""
     units = model.units
     force, length = units
+    units_along_v = (f"{length}/s", force)
     groups = scores.table.groups
-    columns = np.concatenate([groups[name].columns for name in (*_SURFACE_GROUPS, _PRESLIDING)])
+    # Dry friction with a memory stands last.
+    smooth_groups = [name for name in CLASS_GROUPS[FORCE_SURFACE] if name != _PRESLIDING]
+    columns = np.concatenate([groups[name].columns for name in (*smooth_groups, _PRESLIDING)])
     draws, damping = _with_damping(model, scores, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
-    grid, size = _grid(bases), bases.size
-    law = _surface_law(grid, bases, smooth[0], slips[0], units)
+    size = bases.size
+    x, v = np.linspace(size.low, size.high, _POINTS), bases.drawn_speeds(2 * _POINTS)
+    at_x, at_v = (axis.ravel() for axis in np.meshgrid(x, v, indexing="ij"))
+    forces = np.reshape(smooth[0] @ _columns(bases, at_x, at_v), (x.size, v.size))
+    surface, levels = _without_steps(x, v, forces, size)
+    terms = _stops_of_friction(size, slips[0], np.column_stack([x, levels]))
+    law = Law("", ELEMENT, FORCE_SURFACE, units, (surface, *terms))
     deflections = [size.low + share * (size.high - size.low) for share in _DRAWN_AT]
     friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
-    at_rest = friction * np.tanh(grid.v / size.rest_speed)
-    along_v = [_columns(bases, np.full(grid.v.size, x), grid.v) for x in deflections]
-    damped = np.outer(damping, grid.v)
-    drawn = _forces_at_rest_out(grid.v, smooth @ np.array(along_v) + at_rest + damped, size)
-    curves = []
-    for x, values in zip(deflections, drawn, strict=True):
-        name = f"at {length_words(x, length)}"
-        curves.append(BesideCurve(name, grid.v, values[0], band_of(values[0], values[1:])))
-    lower, upper = curves
+    along_v = [_columns(bases, np.full(v.size, place), v) for place in deflections]
+    drawn = smooth @ np.array(along_v) + friction * np.tanh(v / size.rest_speed)
+    drawn += np.outer(damping, v)
+    ends = _edges_of_rest(v, size.rest_speed)
+    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in drawn]
+    drawn -= np.array(middles)[..., None]
+    lower, upper = (
+        BesideCurve(f"at {length_words(place, length)}", v, y[0], band_of(y[0], y[1:]))
+        for place, y in zip(deflections, drawn, strict=True)
+    )
     shape = MeasuredShape(
         lower.x,
         lower.y,
         lower.band,
         np.empty(0),
         ("speed", "force beyond that at rest"),
-        (f"{length}/s", force),
-        surface_words(lower, upper, (f"{length}/s", force)),
+        units_along_v,
+        surface_words(lower, upper, units_along_v),
         lower.y,
         (0.0, 0.0),
         beside=(upper,),
         name=lower.name,
     )
     return shape, law
-
-
-def _forces_at_rest_out(v: FloatArray, values: FloatArray, size: MotionSize) -> FloatArray:
-    """Curves over the speed, shape (n_curves, n_draws, n), without the force at rest."""
-    ends = _edges_of_rest(v, size.rest_speed)
-    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in values]
-    return np.asarray(values - np.array(middles)[..., None])
 
 
 def _edges_of_rest(v: FloatArray, rest_speed: float) -> FloatArray:
@@ -374,52 +322,43 @@ def _columns(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
     return np.concatenate(
         [
             bases.force(x),
-            bases.speed(bases.curved_speed(v)),
-            step_at_rest(v, bases.size),
+            bases.speed(curved_speed(v, bases.size.speed)),
+            step_at_rest(v, bases.size.rest_speed),
             bases.coupled(x) * v,
             surface_products(bases, x, v),
         ]
     )
 
 
-def _grid(bases: ElementBases) -> _Grid:
-    """Points over what the runs visit, those of the speed dense beside rest."""
-    size = bases.size
-    x = np.linspace(size.low, size.high, _POINTS)
-    curved = np.linspace(bases.speed.low, bases.speed.high, 2 * _POINTS)
-    v = 0.1 * size.speed * np.sinh(curved)
-    at_x, at_v = (axis.ravel() for axis in np.meshgrid(x, v, indexing="ij"))
-    return _Grid(x, v, _columns(bases, at_x, at_v))
-
-
-def _surface_law(
-    grid: _Grid, bases: ElementBases, weights: FloatArray, slips: FloatArray, units: tuple[str, str]
-) -> Law:
-    """Surface without its steps at rest, dry friction beside it."""
-    size = bases.size
-    edges = _edges_of_rest(grid.v, size.rest_speed)
-    inner = (grid.v > edges[0]) & (grid.v < edges[1])
+def _without_steps(
+    x: FloatArray, v: FloatArray, forces: FloatArray, size: MotionSize
+) -> tuple[Surface, list[float]]:
+    """Surface of forces, shape (n_x, n_v), without its steps at rest, which are dry friction."""
+    edges = _edges_of_rest(v, size.rest_speed)
+    inner = (v > edges[0]) & (v < edges[1])
     rows, levels = [], []
-    for values in grid.values(weights):
+    for values in forces:
         # The step is read where the sign of the speed is certain, less what grows with the speed.
         # Half of it is dry friction; the middle of it is a force of the deflection.
-        slope = slope_beside_rest(grid.v, values)
-        lower, upper = np.interp(edges, grid.v, values - slope * grid.v)
+        lower, upper = np.interp(edges, v, values - slope_beside_rest(v, values) * v)
         level = max(0.5 * (upper - lower), 0.0)
-        row = values - level * np.sign(grid.v)
-        row[inner] = np.interp(grid.v[inner], edges, np.interp(edges, grid.v, row))
+        row = values - level * np.sign(v)
+        row[inner] = np.interp(v[inner], edges, np.interp(edges, v, row))
         rows.append(row)
         levels.append(level)
     y, middle = np.array(rows), rows[_POINTS // 2]
-    slope, constant = straight_part(grid.x, np.array([np.interp(0.0, grid.v, row) for row in y]))
-    damping = slope_beside_rest(grid.v, middle)
-    y -= slope * grid.x[:, None] + constant + damping * grid.v
+    slope, constant = straight_part(x, np.array([np.interp(0.0, v, row) for row in y]))
+    y -= slope * x[:, None] + constant + slope_beside_rest(v, middle) * v
+    return Surface(ELEMENT, x, v, y), levels
+
+
+def _stops_of_friction(
+    size: MotionSize, slips: FloatArray, levels: FloatArray = NO_PARTS.levels
+) -> Sequence[LawTerm]:
+    """Bristles of some forces at slip as stops, and dry friction over the deflection."""
     bristles = _stops_of_bristles(size.presliding, slips)
     turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
-    friction = np.column_stack([grid.x, levels])
-    terms = law_terms(replace(turning, levels=friction) if any(levels) else turning)
-    surface = Surface(ELEMENT, grid.x, grid.v, y)
-    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *terms))
+    return law_terms(replace(turning, levels=levels) if levels[:, 1:].any() else turning)
 
 
 def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -450,23 +389,16 @@ def law_of_answer(
 
     `values` are the fitted parameters of named laws, by name.
     """
-    findings = tuple(_with_named_law(finding, values) for finding in answer.classes)
-    answer = replace(answer, classes=findings)
+    findings = []
+    for finding in answer.classes:
+        measured, effect = finding.measured_law, ELEMENT_EFFECTS.get(finding.law)
+        if finding.law_named and measured and effect and finding.shape and finding.law in values:
+            x, fitted = finding.shape.x, values[finding.law]
+            law = law_of_effect(effect, finding.id, fitted, x, measured.units)
+            finding = replace(finding, measured_law=law or measured)
+        findings.append(finding)
+    answer = replace(answer, classes=tuple(findings))
     return law_of_class(answer, campaign, {name: name for name in _EQUATIONS}, wanted, _refusal)
-
-
-def _with_named_law(
-    finding: ClassFinding, values: Mapping[str, Mapping[str, float]]
-) -> ClassFinding:
-    """Class whose law is the named one with its fitted values, where it is named."""
-    measured, effect = finding.measured_law, ELEMENT_EFFECTS.get(finding.law)
-    if not finding.law_named or measured is None or effect is None or finding.shape is None:
-        return finding
-    if finding.law not in values:
-        return finding
-    x = finding.shape.x
-    law = law_of_effect(effect, finding.id, values[finding.law], x, measured.units)
-    return finding if law is None else replace(finding, measured_law=law)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:
@@ -480,13 +412,7 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 
 def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, ...]:
-    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
-
-    Raises
-    ------
-    ValueError
-        Where a law has other units.
-    """
+    """Effect cards of laws, whose one parameter is the size; a law of other units is refused."""
     for law in laws:
         if law.units != units:
             raise ValueError(
@@ -506,36 +432,27 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
 
 
 def beyond_visited(law: Law, records: Sequence[ElementRecord]) -> tuple[CampaignWarning, ...]:
-    """Warnings where records leave the range in which a law was measured; empty where none does.
-
-    Of a surface, deflection and speed are looked at.
-    """
-    is_dissipation = law.effect_class == DISSIPATION
-    ranges = [(np.array(ends), False) for ends in law.visited.values()]
-    ranges += [(table.x, is_dissipation) for table in law.of(Table)]
+    """Warnings where records leave the range in which a law was measured; empty where none does."""
+    speed = 1 if law.effect_class == DISSIPATION else 0
+    ranges = [(np.array(ends), 0) for ends in law.visited.values()]
+    ranges += [(table.x, speed) for table in law.of(Table)]
     for surface in law.of(Surface):
-        ranges += [(surface.x, False), (surface.v, True)]
-    warnings = [_beyond(law, records, ends, along_speed=is_speed) for ends, is_speed in ranges]
-    return tuple(warning for warning in warnings if warning is not None)
-
-
-def _beyond(
-    law: Law, records: Sequence[ElementRecord], table: FloatArray, *, along_speed: bool
-) -> CampaignWarning | None:
-    """Warning where deflection or speed of the records leaves a table."""
-    motion = 1 if along_speed else 0
-    # Where samples count: the measured motion may hold a run-in.
-    runs = [record.motion[motion][record.block >= 0] for record in records]
-    values = np.concatenate(runs)
-    outside = (values < table[0]) | (values > table[-1])
-    if not outside.any():
-        return None
-    farthest = int(np.argmax([max(table[0] - x.min(), x.max() - table[-1]) for x in runs]))
-    return visited_range_warning(
-        law,
-        share=float(np.mean(outside)),
-        reached=values,
-        table=table,
-        unit=f"{law.units[1]}/s" if along_speed else law.units[1],
-        run=records[farthest].name,
-    )
+        ranges += [(surface.x, 0), (surface.v, 1)]
+    warnings = []
+    for visited, motion in ranges:
+        # Where samples count: the measured motion may hold a run-in.
+        runs = [record.motion[motion][record.block >= 0] for record in records]
+        values = np.concatenate(runs)
+        outside = (values < visited[0]) | (values > visited[-1])
+        beyond = [max(visited[0] - x.min(), x.max() - visited[-1]) for x in runs]
+        if outside.any():
+            warning = visited_range_warning(
+                law,
+                share=float(np.mean(outside)),
+                reached=values,
+                table=visited,
+                unit=f"{law.units[1]}/s" if motion else law.units[1],
+                run=records[int(np.argmax(beyond))].name,
+            )
+            warnings.append(warning)
+    return tuple(warnings)

@@ -19,28 +19,25 @@ from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
     Effects,
     FloatArray,
-    Parameter,
     Signatures,
     bounds_of,
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel, ElementScale, is_delay
+from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import (
-    bounded_solution,
     design_solution,
     normal_solution,
 )
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.measurement import Measurement
 
 #: Mass, stiffness, damping and constant force of a linear element.
 _Linear = tuple[float, float, float, float]
 _Values = Mapping[tuple[str, str], float]
-#: Starts handed back at most, best fit in force space first.
-_MOST_STARTS = 6
 #: Rounds of instruments, of which the best is kept.
 _ROUNDS = 6
 #: Damping ratio of the first instrument, and the least one of any.
@@ -58,10 +55,10 @@ class Column:
     effect: str
     amplitude: str
     values: Mapping[str, float]
-    shape: tuple[float, ...]
+    variant: tuple[float, ...]
 
 
-def signature_columns(model: ElementModel) -> tuple[Column, ...]:
+def _signature_columns(model: ElementModel) -> tuple[Column, ...]:
     """Every variant of every candidate, in the order of the library, by amplitude."""
     columns = []
     for name in model.cards:
@@ -85,10 +82,7 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
 
 
 def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Baseline's regressors along the measured motion, shape (n_base, n).
-
-    Mass (where fitted), K1, C1, f0, contained.
-    """
+    """Regressors along the motion, (n_base, n): mass where it is fitted, K1, C1, f0, contained."""
     q, v, a = record.motion
     rows = [] if model.mass is not None else [a]
     rows += [q, v, np.ones(q.size)]
@@ -114,7 +108,7 @@ def contained_columns(model: ElementModel) -> tuple[Column, ...]:
 
 def column_values(model: ElementModel, record: ElementRecord, column: Column) -> FloatArray:
     """Signature of one column along a record, shape (n,)."""
-    if is_delay(column.effect):
+    if model.measurement(column.effect) is Measurement.DELAY:
         sign, force = (1.0, record.drive) if model.by_force else (-1.0, record.response)
         return sign * band_limited(force, record.step, record.cutoff_hz, derivative=1)
     if column.effect == "backlash":
@@ -126,62 +120,69 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
     """Measured force less that of a given mass, in the usable band, shape (n,).
 
-    With another simulator's prediction it is the force that the prediction lacks.
+    With another simulator's prediction it is the force that the prediction lacks and that would
+    close the gap: the gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
     """
     if record.gap is not None:
-        return _lacking_force(model, record, record.gap)
+        e, rate, turn = (
+            band_limited(record.gap, record.step, record.cutoff_hz, derivative=order)
+            for order in (0, 1, 2)
+        )
+        if not model.by_force:
+            return e
+        m, K1, C1 = (model.mass, *model.fixed)[:3] if model.mass is not None else model.fixed[:3]
+        return -(m * turn + C1 * rate + K1 * e)
     force = record.drive if model.by_force else record.response
     inertia = (model.mass or 0.0) * record.motion[2]
     return band_limited(force, record.step, record.cutoff_hz) - inertia
 
 
-def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) -> FloatArray:
-    """Force that would close the gap.
-
-    The gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
-    """
-    e, e_1, e_2 = (
-        band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2)
-    )
-    if not model.by_force:
-        return e
-    first = 0 if model.mass is not None else 1
-    K1, C1 = model.fixed[first : first + 2]
-    m = model.mass if model.mass is not None else model.fixed[0]
-    return -(m * e_2 + C1 * e_1 + K1 * e)
-
-
-def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:
+def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures[Column]:
     """Gram matrix of force space for all records: target, baseline and candidates."""
-    columns = signature_columns(model)
+    columns = _signature_columns(model)
     gram = np.zeros(())
     for record in records:
         base = base_columns(model, record)
         candidates = [column_values(model, record, column) for column in columns]
         rows = np.vstack([known_force(model, record), base, *candidates])
         gram = gram + total_products(record.where_flat(rows), record.block)
-    return Signatures(gram, len(base))
+    return Signatures(gram, len(base), columns)
 
 
 def element_starts(
-    model: ElementModel,
-    signatures: Signatures,
-    columns: Sequence[Column],
-    effects: Effects,
-    known: _Values,
+    model: ElementModel, signatures: Signatures[Column], effects: Effects, known: _Values
 ) -> list[FloatArray]:
     """Starts of one set, at least one: what is known with the new effects off, then solutions.
 
-    `signatures` and `columns` are force space; `known` are the values of a smaller set.
+    `signatures` are those of force space; `known` are the values of a smaller set.
     """
     parameters = model.parameters(effects)
-    solutions = _force_space_solutions(model, signatures, columns, effects)
+    bounds = {parameter_key(p): (p.lower, p.upper) for p in parameters}
+    lower = np.full(signatures.n_base, -np.inf)
+    if not model.fixed:
+        # A start with a negative damping beside a friction that falls with speed is neither's.
+        lower[1 + (model.mass is None)] = 0.0
+    solutions = [
+        _values(model, *solution)
+        for solution in signatures.solutions(
+            effects,
+            lambda column: bounds.get((column.effect, column.amplitude), (-np.inf, np.inf)),
+            lower,
+        )
+    ]
     states = {
         (BASELINE, f"{name} of {run}"): value
         for run, state in model.states.items()
         for name, value in zip(STATE_NAMES, state, strict=True)
     }
-    warm = [_warm_value(parameter, known, solutions[0] | states) for parameter in parameters]
+    # What is known; of the rest the best solution, new effects off.
+    guess = solutions[0] | states
+    warm = []
+    for p in parameters:
+        is_on = p.effect == BASELINE or p.shape
+        off = p.scale if is_on else 0.0
+        value = off if known and not is_on else guess.get(parameter_key(p), off)
+        warm.append(known.get(parameter_key(p), value))
     solutions = [{**states, **solution} for solution in solutions]
     sources: list[_Values] = [{}]
     if known:
@@ -194,75 +195,18 @@ def element_starts(
         names = ("m", "K1", "C1", "f0")
         sources.append({(BASELINE, name): getattr(model.scale, name) for name in names})
     starts = [
-        [({**solution, **source}).get(parameter_key(p), _off(p)) for p in parameters]
+        [
+            (solution | dict(source)).get(parameter_key(p), p.scale if p.shape else 0.0)
+            for p in parameters
+        ]
         for source in sources
         for solution in solutions
     ]
-    bounds = bounds_of(parameters)
-    return [np.clip(np.array(start), *bounds) for start in (warm, *starts)]
-
-
-def _warm_value(parameter: Parameter, known: _Values, solution: _Values) -> float:
-    key = parameter_key(parameter)
-    if key in known:
-        return known[key]
-    if parameter.effect == BASELINE or parameter.shape:
-        return solution.get(key, parameter.scale)
-    return 0.0 if known else solution.get(key, 0.0)
-
-
-def _off(parameter: Parameter) -> float:
-    return parameter.scale if parameter.shape else 0.0
-
-
-def _force_space_solutions(
-    model: ElementModel, signatures: Signatures, columns: Sequence[Column], effects: Effects
-) -> list[dict[tuple[str, str], float]]:
-    """Least-squares solutions over the shapes of the effects, best first."""
-    gram = signatures.gram
-    first = 1 + signatures.n_base
-    by_effect = []
-    for effect in effects:
-        shapes = sorted({column.shape for column in columns if column.effect == effect})
-        groups = [
-            [k for k, c in enumerate(columns) if (c.effect, c.shape) == (effect, shape)]
-            for shape in shapes
-        ]
-        by_effect.append(groups or [[]])
-    solutions = []
-    known = {parameter_key(p): (p.lower, p.upper) for p in model.parameters(effects)}
-    for choice in product(*by_effect):
-        chosen = [k for group in choice for k in group]
-        rows = [*range(1, first), *(first + k for k in chosen)]
-        chosen_columns = [columns[k] for k in chosen]
-        bounds = _amplitude_bounds(model, known, signatures.n_base, chosen_columns)
-        matrix, right = gram[np.ix_(rows, rows)], gram[rows, 0]
-        solution = bounded_solution(matrix, right, *bounds)
-        square = gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
-        base, amplitudes = solution[: first - 1], solution[first - 1 :]
-        solutions.append((square, _values(model, base, chosen_columns, amplitudes)))
-    solutions.sort(key=lambda pair: pair[0])
-    return [values for _, values in solutions[:_MOST_STARTS]]
-
-
-def _amplitude_bounds(
-    model: ElementModel,
-    known: Mapping[tuple[str, str], tuple[float, float]],
-    n_base: int,
-    columns: Sequence[Column],
-) -> tuple[FloatArray, FloatArray]:
-    """Physical bounds of damping and, as far as `known`, of the amplitudes of columns."""
-    # A start with a negative damping beside a friction that falls with speed is neither's.
-    bounds = np.tile([-np.inf, np.inf], (n_base + len(columns), 1))
-    if not model.fixed:
-        bounds[1 + (model.mass is None), 0] = 0.0
-    for k, column in enumerate(columns, n_base):
-        bounds[k] = known.get((column.effect, column.amplitude), bounds[k])
-    return bounds[:, 0], bounds[:, 1]
+    return [np.clip(np.array(start), *bounds_of(parameters)) for start in (warm, *starts)]
 
 
 def _values(
-    model: ElementModel, base: FloatArray, columns: Sequence[Column], amplitudes: FloatArray
+    model: ElementModel, base: FloatArray, amplitudes: Sequence[tuple[Column, float]]
 ) -> dict[tuple[str, str], float]:
     """Named parameters of a force-space solution."""
     names = ["m"] if model.mass is None else []
@@ -271,16 +215,14 @@ def _values(
     for column, value in zip(contained_columns(model), base[len(names) :], strict=True):
         # Physical bounds are applied where a start is handed back: a spring may soften.
         values[column.effect, column.amplitude] = float(value)
-    for column, amplitude in zip(columns, amplitudes, strict=True):
+    for column, amplitude in amplitudes:
         for name, value in column.values.items():
             values[column.effect, name] = value
-        values[column.effect, column.amplitude] = float(amplitude)
+        values[column.effect, column.amplitude] = amplitude
         if column.effect == "elasto_plastic_friction":
-            stiffness = max(float(amplitude), 0.02 * model.scale.of((1, -1, 0)))
-            values[column.effect, "Kp"], values[column.effect, "Fy"] = (
-                stiffness,
-                stiffness * column.values["Fy"],
-            )
+            stiffness = max(amplitude, 0.02 * model.scale.of((1, -1, 0)))
+            values[column.effect, "Kp"] = stiffness
+            values[column.effect, "Fy"] = stiffness * column.values["Fy"]
     return values
 
 
@@ -297,7 +239,10 @@ def _linear_element(
     .. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), refined instrumental
        variable method.
     """
-    frequency = _typical_frequency(records)
+    q, v = (
+        np.concatenate([record.motion[k][record.block >= 0] for record in records]) for k in (0, 1)
+    )
+    frequency = float(v.std() / q.std())
     first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
     best, least = _refined(records, first, start, mass)
     if not np.isfinite(least):
@@ -373,13 +318,6 @@ def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> Elem
         C1=max(C1, 0.0),
         f0=f0,
     )
-
-
-def _typical_frequency(records: Sequence[ElementRecord]) -> float:
-    q, v = (
-        np.concatenate([record.motion[k][record.block >= 0] for record in records]) for k in (0, 1)
-    )
-    return float(v.std() / q.std())
 
 
 def _instrumental(

@@ -27,9 +27,9 @@ from scipy.optimize import least_squares
 
 from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.columns import MotionSize
 from carrierflex.diagnosis.element.force_records import ForceRecord
-from carrierflex.diagnosis.element.laws import MotionSize
-from carrierflex.diagnosis.element.noise import NoiseWeight
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
 from carrierflex.simulation.element.loop_kernels import loop_states
 from carrierflex.simulation.laws import N_STIFFNESS
 
@@ -44,8 +44,6 @@ _CURVATURE = 3e-3
 _MOST_STEPS = 30
 #: Change of the square in a step, over the square, at which a fit has settled.
 _SETTLED = 1e-4
-#: Eigenvalues of the products of unit columns, over the largest, below which columns are one.
-_SPANNED = 1e-10
 #: Largest log c: a stiffness that no motion reaches may go anywhere.
 _LARGEST_LOG = 20.0
 #: Step of log c for the derivatives.
@@ -75,7 +73,6 @@ class SmoothLoop:
 
 def fitted_loop(
     runs: Sequence[ForceRecord],
-    weights: Sequence[NoiseWeight],
     size: MotionSize,
     others: Sequence[GroupColumns[ForceRecord]] = (),
     *,
@@ -91,92 +88,61 @@ def fitted_loop(
         half = N_STIFFNESS // 2
         spread = (spread + spread[::-1])[:, : half + 1]
         spread[half, half] = 1.0
-    problem = _problem(runs, weights, size, others, spread)
-    at_values = np.linspace(-1.0, 1.0, N_STIFFNESS)
-    logs_c = [
-        np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
-        for stiffness in (_OF_SLIDERS, _OF_HARDENING)
-    ]
-    starts = [np.asarray(np.linalg.lstsq(spread, log_c)[0], dtype=np.float64) for log_c in logs_c]
-    start = min(starts, key=lambda unknowns: float(np.square(problem.residual(unknowns)).sum()))
-    fit = least_squares(
-        problem.residual, start, jac=problem.jacobian, ftol=_SETTLED, max_nfev=_MOST_STEPS
-    )
-    return problem.loop(fit.x)
-
-
-@dataclass(frozen=True, eq=False)
-class _Problem:
-    """Least squares of a smooth loop."""
-
-    runs: Sequence[ForceRecord]
-    weights: Sequence[NoiseWeight]
-    size: MotionSize
-    target: FloatArray
-    base: FloatArray
-    spread: FloatArray
-
-    def loop(self, unknowns: FloatArray) -> SmoothLoop:
-        """Loop of some stiffnesses."""
-        log_c = np.clip(self.spread @ unknowns, -_LARGEST_LOG, _LARGEST_LOG)
-        return SmoothLoop(self.size.half_range, np.exp(log_c))
-
-    def residual(self, unknowns: FloatArray) -> FloatArray:
-        """What the loop leaves of the force, and the curvature of log c."""
-        column = self._columns([unknowns])[0]
-        remainder = self.target - self._size(column) * column
-        return np.concatenate([remainder, self._bends @ unknowns])
-
-    def jacobian(self, unknowns: FloatArray) -> FloatArray:
-        """Derivatives of the residual, shape (n + n_bends, n_unknowns)."""
-        moved = unknowns + _DIFFERENCE * np.eye(unknowns.size)
-        column, *others = self._columns([unknowns, *moved])
-        change = (np.array(others) - column) / _DIFFERENCE
-        unit = column / np.linalg.norm(column)
-        change -= np.outer(change @ unit, unit)
-        return np.concatenate([-self._size(column) * change.T, self._bends])
-
-    @property
-    def _bends(self) -> FloatArray:
-        """Weighted curvature of log c by the unknowns, shape (7, n_unknowns)."""
-        return _CURVATURE * np.diff(self.spread, 2, axis=0)
-
-    def _size(self, column: FloatArray) -> float:
-        return float(column @ self.target / (column @ column))
-
-    def _columns(self, unknowns: Sequence[FloatArray]) -> list[FloatArray]:
-        """Filtered states of loops without what the baseline explains."""
-        loops = [self.loop(values) for values in unknowns]
-        pieces = []
-        for run, weight in zip(self.runs, self.weights, strict=True):
-            states = [loop.along(run.x, from_rest=run.from_rest) for loop in loops]
-            pieces.append(weight.filtered(np.array(states))[:, run.counts])
-        columns = np.concatenate(pieces, axis=1)
-        return list(columns - (columns @ self.base) @ self.base.T)
-
-
-def _problem(
-    runs: Sequence[ForceRecord],
-    weights: Sequence[NoiseWeight],
-    size: MotionSize,
-    others: Sequence[GroupColumns[ForceRecord]],
-    spread: FloatArray,
-) -> _Problem:
+    # Weighted curvature of log c by the unknowns.
+    bends = _CURVATURE * np.diff(spread, 2, axis=0)
     pieces = []
-    for run, weight in zip(runs, weights, strict=True):
+    for run in runs:
         columns = [group.columns(run) for group in others]
-        raw = np.concatenate([run.target[None], run.base, *columns])
-        pieces.append(weight.filtered(raw)[:, run.counts])
+        pieces.append(run.filtered(np.concatenate([run.target[None], run.base, *columns])))
     rows = np.concatenate(pieces, axis=1)
     base = _span(rows[1:])
     target = rows[0] - base @ (base.T @ rows[0])
-    return _Problem(runs, weights, size, target / np.linalg.norm(target), base, spread)
+    target /= np.linalg.norm(target)
+
+    def loop_of(unknowns: FloatArray) -> SmoothLoop:
+        log_c = np.clip(spread @ unknowns, -_LARGEST_LOG, _LARGEST_LOG)
+        return SmoothLoop(size.half_range, np.exp(log_c))
+
+    def columns_of(unknowns: Sequence[FloatArray]) -> FloatArray:
+        """Filtered states of loops without what the baseline explains."""
+        loops = [loop_of(values) for values in unknowns]
+        states = [
+            run.filtered(np.array([loop.along(run.x, from_rest=run.from_rest) for loop in loops]))
+            for run in runs
+        ]
+        columns = np.concatenate(states, axis=1)
+        return np.asarray(columns - (columns @ base) @ base.T)
+
+    def force_of(column: FloatArray) -> float:
+        return float(column @ target / (column @ column))
+
+    def residual(unknowns: FloatArray) -> FloatArray:
+        """What the loop leaves of the force, and the curvature of log c."""
+        (column,) = columns_of([unknowns])
+        return np.concatenate([target - force_of(column) * column, bends @ unknowns])
+
+    def jacobian(unknowns: FloatArray) -> FloatArray:
+        """Derivatives of the residual, shape (n + n_bends, n_unknowns)."""
+        column, *moved = columns_of([unknowns, *(unknowns + _DIFFERENCE * np.eye(unknowns.size))])
+        change = (np.array(moved) - column) / _DIFFERENCE
+        unit = column / np.linalg.norm(column)
+        change -= np.outer(change @ unit, unit)
+        return np.concatenate([-force_of(column) * change.T, bends])
+
+    at_values = np.linspace(-1.0, 1.0, N_STIFFNESS)
+    starts = []
+    for stiffness in (_OF_SLIDERS, _OF_HARDENING):
+        log_c = np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
+        starts.append(np.asarray(np.linalg.lstsq(spread, log_c)[0], dtype=np.float64))
+    start = min(starts, key=lambda unknowns: float(np.square(residual(unknowns)).sum()))
+    fit = least_squares(residual, start, jac=jacobian, ftol=_SETTLED, max_nfev=_MOST_STEPS)
+    return loop_of(fit.x)
 
 
 def _span(rows: FloatArray) -> FloatArray:
     """Orthonormal columns of what some rows span, shape (n, rank)."""
     size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
     values, vectors = np.linalg.eigh((rows @ rows.T) / np.outer(size, size))
-    spanned = values > _SPANNED * values[-1]
+    spanned = values > DEPENDENT * values[-1]
     columns: FloatArray = (rows / size[:, None]).T @ vectors[:, spanned]
     return columns / np.sqrt(values[spanned])

@@ -22,9 +22,16 @@ from carrierflex.diagnosis.classes.held_out import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.columns import (
+    DELAY,
+    DRIVE_SIDE,
+    PRESLIDING,
+    TIME_VARIATION,
     ElementBases,
+    MotionSize,
+    classes_of,
     element_bases,
     group_columns,
+    law_columns,
     stops_columns,
 )
 from carrierflex.diagnosis.element.force_records import (
@@ -35,16 +42,7 @@ from carrierflex.diagnosis.element.force_records import (
     is_separable_from_time,
     where_folds_overlap,
     while_sliding,
-    with_noise_of,
-)
-from carrierflex.diagnosis.element.laws import (
-    DELAY,
-    DRIVE_SIDE,
-    TIME_VARIATION,
-    MotionSize,
-    classes_of,
-    law_columns,
-    presliding_columns,
+    with_noise_of_motion,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import with_all_lines
@@ -95,7 +93,6 @@ _BLURRED_SIGN = float(np.sqrt(0.5 * np.pi))
 _CLEAR = 3.0
 #: Passes of baseline and weight.
 _PASSES = 2
-PRESLIDING = "dahl_friction"
 #: Columns, and samples of all of them, that are filtered together; samples of a long run.
 _CHUNK, _CHUNK_SAMPLES, _LONG = 32, 2**20, 2**16
 #: RMS of the first quarter of a period of a drive that is switched on, over that of all of it: of a
@@ -110,7 +107,6 @@ class ElementRuns:
     """What the columns of a table are made of."""
 
     records: tuple[ForceRecord, ...]  # Runs
-    weights: tuple[NoiseWeight, ...]  # Filter of each run
     bases: ElementBases  # Splines and sizes
 
 
@@ -138,34 +134,25 @@ class ElementTable(ElementRuns):
 def element_table(
     model: ElementModel,
     records: Sequence[ElementRecord],
-    noise: FloatArray,
     constants: ClassConstants,
 ) -> ElementTable | None:
-    """Gram table of all classes and laws; None where the records are too short.
-
-    `noise`, shape (n_runs,), is the variance of the channel's noise by run.
-    """
+    """Gram table of all classes and laws; None where the records are too short."""
     records = [with_all_lines(model, record) for record in records]
-    runs = force_records(model, records, noise)
+    runs = force_records(model, records)
     if not runs:
         return None
     if not is_separable_from_time(runs, constants.separable_from_drive):
-        runs = force_records(model, records, noise, finer=IN_TIME)
-    size = _motion_size(model, runs, _variances(runs, records, noise))
+        runs = force_records(model, records, finer=IN_TIME)
+    size = _motion_size(model, runs)
     if model.by_force:
         sliding = [while_sliding(run, size.rest_speed) for run in runs]
         runs = tuple(run for run in sliding if run is not None)
     n_blocks = sum(int(run.block.max()) + 1 for run in runs)
     if n_blocks < constants.fewest_blocks:
         return None
-    runs = where_folds_overlap(runs, constants.n_folds)
-    weights = _weights_of(model, runs, _variances(runs, records, noise))
-    runs = tuple(
-        with_noise_of(run, weight.element) for run, weight in zip(runs, weights, strict=True)
-    )
+    runs = _weighted(model, where_folds_overlap(runs, constants.n_folds))
     bases = element_bases(runs, size)
-    runs = _with_starting_states(runs, weights, bases)
-    return table_of(model, ElementRuns(runs, weights, bases), constants)
+    return table_of(model, ElementRuns(_with_starting_states(runs, bases), bases), constants)
 
 
 def table_of(
@@ -176,104 +163,34 @@ def table_of(
 ) -> ElementTable:
     """Products of all columns along some runs, `more` groups beside those of all classes."""
     bases = runs.bases
-    groups = (*group_columns(bases, _side_line(bases, runs.records)), *more)
-    products, laws = products_by_block(
-        runs,
-        lambda run, filtered: _columns_along(model, run, filtered, groups, bases.size),
-        constants.n_folds,
-    )
-    table = _gram_table(products, laws, model)
-    scores = ClassScores(table, constants)
-    return ElementTable(runs.records, runs.weights, bases, table, groups, scores)
+    groups = (*group_columns(bases, runs.records), *more)
+    of_laws = [law for law in model.cards if law not in model.contained]
 
+    def columns(run: ForceRecord, filtered: Callable[[FloatArray], FloatArray]) -> TableRows:
+        table = group_columns_along(run, filtered, groups)
+        for law in (*of_laws, PRESLIDING):
+            table.add_law(law, law_columns(model, run, law, bases.size))
+        return table
 
-def _variances(
-    runs: Sequence[ForceRecord], records: Sequence[ElementRecord], noise: FloatArray
-) -> list[float]:
-    """Variance of the channel's noise in each of some runs."""
-    by_name = {record.name: float(value) for record, value in zip(records, noise, strict=True)}
-    return [by_name[run.record.name] for run in runs]
-
-
-def _motion_size(
-    model: ElementModel, runs: Sequence[ForceRecord], variance: Sequence[float]
-) -> MotionSize:
-    """Sizes of the motion over all runs."""
-    x, v, a = (np.concatenate([getattr(run, name)[run.counts] for run in runs]) for name in "xva")
-    speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
-    step = max(run.step for run in runs)
-    sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
-    sigma_v = max(run.speed_error for run in runs)
-    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, _BLURRED_SIGN * sigma_v)
-    return MotionSize(
-        low=float(x.min()),
-        high=float(x.max()),
-        speed=speed,
-        rest_speed=min(rest, _REST_SPEED[1] * speed),
-        least_yield=sigma,
-    )
-
-
-def _weights_of(
-    model: ElementModel, runs: Sequence[ForceRecord], variance: Sequence[float]
-) -> tuple[NoiseWeight, ...]:
-    """Filter of each run; under a force its element follows from the weighted baseline."""
-    scale = model.scale
-    known = (scale.m, scale.C1, scale.K1)
-    element = known if model.by_force else None
-    carried = [carried_noise(model, run.record) for run in runs]
-    of_channel = [max(value - more, 0.0) for value, more in zip(variance, carried, strict=True)]
-    correlation_time = noise_correlation_time([run.record for run in runs], of_channel)
-    weights = [
-        NoiseWeight(
-            run.step,
-            run.band_hz,
-            element,
-            value if model.by_force else channel,
-            float(run.target[run.counts].std()),
-            None
-            if model.by_force
-            else MotionNoise(run.record.drive_noise, known, run.record.cutoff_hz),
-            correlation_time,
-        )
-        for run, value, channel in zip(runs, variance, of_channel, strict=True)
-    ]
-    # At one frequency mass and spring are one unknown: regressors without noise leave the two to
-    # rounding, and the element's scale keeps what lies within physical bounds.
-    if model.by_force and not any(run.noise_motion for run in runs):
-        for _ in range(_PASSES):
-            element = _weighted_baseline(model, runs, weights) or element
-            weights = [replace(weight, element=element) for weight in weights]
-    return tuple(weights)
-
-
-def _side_line(bases: ElementBases, runs: Sequence[ForceRecord]) -> FloatArray:
-    """Straight line of every spline of the drive side on the drive, shape (2, n_side)."""
-    side = np.concatenate([run.side[run.counts] for run in runs])
-    design = np.array([np.ones(side.size), side])
-    return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
-
-
-def _gram_table(
-    products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel
-) -> GramTable:
-    """Table of all classes."""
+    products, laws = products_by_block(runs, columns, constants.n_folds)
     ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         ceiling = (*_SURFACE, "stops")
     cards = model.cards
-    columns = [
+    columns_of_laws = [
         LawColumns(law, indices, len(cards[law].parameters) if law in cards else 2)
         for law, indices in laws.items()
     ]
-    return replace(
+    table = replace(
         products,
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         ceiling=ceiling,
         laws={
-            name: tuple(law for law in columns if name in _classes_of(law.id, model))
+            name: tuple(
+                law for law in columns_of_laws if name in classes_of(law.id, model.measured)
+            )
             for name in CLASS_GROUPS
         },
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
@@ -281,42 +198,73 @@ def _gram_table(
         products=_PRODUCT_GROUPS,
         one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
     )
+    scores = ClassScores(table, constants)
+    return ElementTable(runs.records, bases, table, groups, scores)
 
 
-def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
-    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.measured)
+def _motion_size(model: ElementModel, runs: Sequence[ForceRecord]) -> MotionSize:
+    """Sizes of the motion over all runs."""
+    x, v, a = (np.concatenate([getattr(run, name)[run.counts] for run in runs]) for name in "xva")
+    speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
+    step = max(run.step for run in runs)
+    noise = float(np.sqrt(np.mean([run.record.noise for run in runs])))
+    sigma_v = max(run.speed_error for run in runs)
+    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, _BLURRED_SIGN * sigma_v)
+    return MotionSize(
+        low=float(x.min()),
+        high=float(x.max()),
+        speed=speed,
+        rest_speed=min(rest, _REST_SPEED[1] * speed),
+        least_yield=_CLEAR * noise if model.by_force else 0.0,
+    )
+
+
+def _weighted(model: ElementModel, runs: Sequence[ForceRecord]) -> tuple[ForceRecord, ...]:
+    """Runs with their filter; under a force its element follows from the weighted baseline."""
+    scale = model.scale
+    known = (scale.m, scale.C1, scale.K1)
+    records = [run.record for run in runs]
+    of_channel = [max(record.noise - carried_noise(model, record), 0.0) for record in records]
+    correlation_time = noise_correlation_time(records, of_channel)
+    weighted = []
+    for run, channel in zip(runs, of_channel, strict=True):
+        record = run.record
+        carried = MotionNoise(record.drive_noise, known, record.cutoff_hz)
+        weight = replace(
+            run.weight,
+            element=known if model.by_force else None,
+            variance=record.noise if model.by_force else channel,
+            force=float(run.target[run.counts].std()),
+            carried=None if model.by_force else carried,
+            correlation_time=correlation_time,
+        )
+        weighted.append(replace(run, weight=weight))
+    # At one frequency mass and spring are one unknown: regressors without noise leave the two to
+    # rounding, and the element's scale keeps what lies within physical bounds.
+    if model.by_force and not any(run.noise_motion for run in runs):
+        for _ in range(_PASSES):
+            element = _weighted_baseline(model, weighted)
+            if element is not None:
+                weighted = [
+                    replace(run, weight=replace(run.weight, element=element)) for run in weighted
+                ]
+    return tuple(map(with_noise_of_motion, weighted))
 
 
 def _weighted_baseline(
-    model: ElementModel, runs: Sequence[ForceRecord], weights: Sequence[NoiseWeight]
+    model: ElementModel, runs: Sequence[ForceRecord]
 ) -> tuple[float, float, float] | None:
     """m, C1, K1 by least squares through the filter; None where they are no element."""
     n = len(runs[0].base) + 1
     gram = np.zeros((n, n))
-    for run, weight in zip(runs, weights, strict=True):
-        rows = weight.filtered(np.vstack([run.target, run.base]))[:, run.counts]
+    for run in runs:
+        rows = run.filtered(np.vstack([run.target, run.base]))
         gram += rows @ rows.T
     c = normal_solution(gram[1:, 1:], gram[1:, 0])
     m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
     K1, C1 = float(c[first]), float(c[first + 1])
     # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
     return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None
-
-
-def _columns_along(
-    model: ElementModel,
-    run: ForceRecord,
-    filtered: Callable[[FloatArray], FloatArray],
-    groups: Sequence[GroupColumns[ForceRecord]],
-    size: MotionSize,
-) -> TableRows:
-    """Target, baseline, groups and laws along a run, filtered."""
-    table = group_columns_along(run, filtered, groups)
-    for law in model.cards:
-        if law not in model.contained:
-            table.add_law(law, law_columns(model, run, law, size))
-    table.add_law(PRESLIDING, presliding_columns(run, size)[:, None])
-    return table
 
 
 def group_columns_along(
@@ -346,13 +294,13 @@ def products_by_block(
     gram = np.empty(0)
     floors: list[float] = []
     folds: list[int] = []
-    for number, (run, weight) in enumerate(zip(runs.records, runs.weights, strict=True)):
-        table = columns(run, partial(_filtered_columns, weight))
+    for number, run in enumerate(runs.records):
+        table = columns(run, partial(_filtered_columns, run.weight))
         n_rows = sum(map(len, table.rows))
         if not gram.size:
             gram = np.empty((n_blocks, n_rows, n_rows))
         fold = fold_of(run, number, n_folds)
-        floor = weight.floor()
+        floor = run.weight.floor()
         for block in np.unique(run.block[run.counts]):
             chosen = np.flatnonzero(run.block == block)
             span = slice(chosen[0], chosen[-1] + 1)
@@ -396,7 +344,7 @@ def _filtered_columns(weight: NoiseWeight, raw: FloatArray) -> FloatArray:
 
 
 def _with_starting_states(
-    runs: Sequence[ForceRecord], weights: Sequence[NoiseWeight], bases: ElementBases
+    runs: Sequence[ForceRecord], bases: ElementBases
 ) -> tuple[ForceRecord, ...]:
     """Runs, each with the start of its sliders and branches that leaves less of the force."""
     # Sliders and branches are those of all runs together: a run by itself, in which few of them
@@ -405,8 +353,8 @@ def _with_starting_states(
     if not any(may_be_relaxed):
         return tuple(runs)
     starts = [
-        [_products(run, weight, bases, from_rest=start) for start in (False, True)[: 1 + may_be]]
-        for run, weight, may_be in zip(runs, weights, may_be_relaxed, strict=True)
+        [_products(run, bases, from_rest=start) for start in (False, True)[: 1 + may_be]]
+        for run, may_be in zip(runs, may_be_relaxed, strict=True)
     ]
     relaxed = _best_starts(starts, len(runs[0].base))
     return tuple(replace(run, from_rest=start) for run, start in zip(runs, relaxed, strict=True))
@@ -414,26 +362,18 @@ def _with_starting_states(
 
 def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bool]:
     """Whether each run begins relaxed: all that may or none, then one by one while it gains."""
+
+    def remaining(relaxed: Sequence[bool]) -> float:
+        """Square left of all runs together: a difference of sums would leave rounding alone."""
+        chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
+        return _remaining_square(np.asarray(np.sum(chosen, axis=0)), n_base)
+
     may_be = [len(products) > 1 for products in starts]
-    best = min(
-        (may_be, [False] * len(starts)),
-        key=lambda relaxed: _remaining_square(_total(starts, relaxed), n_base),
-    )
-    square = _remaining_square(_total(starts, best), n_base)
+    best = min((may_be, [False] * len(starts)), key=remaining)
     for number in np.flatnonzero(may_be).tolist():
-        # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
-        # square may be negative.
         other = [*best[:number], not best[number], *best[number + 1 :]]
-        square_of_other = _remaining_square(_total(starts, other), n_base)
-        if square_of_other < square:
-            best, square = other, square_of_other
+        best = min((best, other), key=remaining)
     return best
-
-
-def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> FloatArray:
-    """Products of all runs together."""
-    chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
-    return np.asarray(np.sum(chosen, axis=0), dtype=np.float64)
 
 
 def _is_switched_on(run: ForceRecord) -> bool:
@@ -448,9 +388,7 @@ def _is_switched_on(run: ForceRecord) -> bool:
     return bool(np.sqrt(np.mean(first**2)) < _STILL * drive.std())
 
 
-def _products(
-    run: ForceRecord, weight: NoiseWeight, bases: ElementBases, *, from_rest: bool
-) -> FloatArray:
+def _products(run: ForceRecord, bases: ElementBases, *, from_rest: bool) -> FloatArray:
     """Products of target, baseline and memory of a run, shape (n, n)."""
     memory = np.concatenate(
         [
@@ -458,7 +396,7 @@ def _products(
             relaxing_branches(run.x, bases.taus, run.step, from_rest=from_rest),
         ]
     )
-    rows = weight.filtered(np.concatenate([run.target[None], run.base, memory]))[:, run.counts]
+    rows = run.filtered(np.concatenate([run.target[None], run.base, memory]))
     return np.asarray(rows @ rows.T)
 
 

@@ -36,23 +36,10 @@ _BETTER = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class _DriveLines:
-    """Lines of one run's drive that are used, which no delay of the response changes."""
-
-    window: FloatArray  # Shape (n,)
-    used: NDArray[np.bool_]  # Shape (n // 2 + 1,)
-    omega: FloatArray  # [rad/s], shape (n_lines,)
-    spectrum: ComplexArray  # Shape (n_lines,)
-
-
-@dataclass(frozen=True, eq=False)
 class _Spectra:
-    """Products of one run's spectra, the size of its force taken as one; lines 1 to n_lines.
+    """Products of one run's spectra, the size of its force taken as one; cross is (n_lines, 3)."""
 
-    `n` samples make the spectra; `cross` has shape (n_lines, 3).
-    """
-
-    n: int
+    n: int  # Samples
     omega: FloatArray
     gram: FloatArray
     cross: ComplexArray
@@ -72,10 +59,7 @@ class _Spectra:
         return products
 
     def late_by_steps(self) -> FloatArray:
-        """The same for delays of whole steps, as many as are tried, shape (n_delays, 3).
-
-        The sums over the lines are then one inverse transform.
-        """
+        """The same for all delays of whole steps, (n_delays, 3), by one inverse transform."""
         lines = np.zeros((3, self.n // 2 + 1), dtype=np.complex128)
         lines[:, 1 : len(self.cross) + 1] = self.cross.T
         sums = irfft(lines, self.n, overwrite_x=True)
@@ -91,12 +75,9 @@ def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple
     """
     if any(record.base is not None or record.is_released for record in records):
         return ()
-    lines = [_drive_lines(record) for record in records]
-    spectra = [
-        _spectra(of_drive, record.response, by_force)
-        for of_drive, record in zip(lines, records, strict=True)
-    ]
-    return (*_delay(records, spectra), *_drift(records, lines, spectra, by_force))
+    of_response = [_spectra(record, by_force) for record in records]
+    spectra = [of(record.response) for of, record in zip(of_response, records, strict=True)]
+    return (*_delay(records, spectra), *_drift(records, of_response, spectra))
 
 
 def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Iterator[ClockDrift]:
@@ -113,9 +94,8 @@ def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Ite
 
 def _drift(
     records: Sequence[ElementRecord],
-    lines: Sequence[_DriveLines],
+    of_response: Sequence[Callable[[FloatArray], _Spectra]],
     spectra: Sequence[_Spectra],
-    by_force: bool,
 ) -> Iterator[ClockDrift]:
     """Run whose delay grows, with the delay in its middle; the others are on time."""
     # A single run cannot be distinguished from an element that is late itself.
@@ -126,84 +106,70 @@ def _drift(
     cross = np.sum(products, axis=0)
     on_time = float(_squares(gram, cross, len(spectra))[0])
     drifts = []
-    for record, drive, run, product in zip(records, lines, spectra, products, strict=True):
+    for record, of, run, product in zip(records, of_response, spectra, products, strict=True):
+        others = gram - run.gram, cross - product, len(spectra) - 1
         # No clock of this run leaves less than the other runs do without it.
-        others = _squares(gram - run.gram, cross - product, len(spectra) - 1)
-        if others[0] > _BETTER * on_time:
-            continue
-        late = _LateRun(record, drive, by_force, gram - run.gram, cross - product, len(records))
-        growth, delay, square = late.best()
-        drifts.append((square, ClockDrift(record.name, delay, growth)))
+        if _squares(*others)[0] <= _BETTER * on_time:
+            drifts.append(_best_drift(record, of, *others))
     square, drift = min(drifts, key=lambda pair: pair[0], default=(np.inf, None))
     if drift is not None and square <= _BETTER * on_time:
         yield drift
 
 
-@dataclass(frozen=True, eq=False)
-class _LateRun:
-    """One run whose clock drifts, and the products of the others."""
+def _best_drift(
+    record: ElementRecord,
+    of_response: Callable[[FloatArray], _Spectra],
+    gram: FloatArray,
+    cross: FloatArray,
+    n_others: int,
+) -> tuple[float, ClockDrift]:
+    """Square that the best clock of one run leaves beside products of the others, and the clock."""
+    step, time = record.step, record.time
+    along = time / time[-1] - 0.5
 
-    record: ElementRecord
-    drive: _DriveLines
-    by_force: bool
-    gram: FloatArray
-    cross: FloatArray
-    n_runs: int
+    def spectra(growth: float) -> _Spectra:
+        """Those with the response where its inputs were, but for the delay in the middle."""
+        return of_response(np.interp(time + step * growth * along, time, record.response))
 
-    def best(self) -> tuple[float, float, float]:
-        """Growth of the delay and delay in the middle [s], and the square that they leave."""
-        steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1, dtype=np.float64)
-        step = self.record.step
-        runs = (self._spectra(growth) for growth in step * steps)
-        table = np.array([self._squares(run, run.late_by_steps()) for run in runs])
-        g, d = np.unravel_index(int(np.argmin(table)), table.shape)
+    def squares(run: _Spectra, late: FloatArray) -> FloatArray:
+        return _squares(gram + run.gram, cross + late, n_others + 1)
 
-        def square(pair: FloatArray) -> float:
-            """Square with a growth and a delay in steps of time."""
-            run = self._spectra(step * pair[0])
-            return float(self._squares(run, run.late(step * pair[1]))[0])
+    def square(pair: FloatArray) -> float:
+        """Square with a growth and a delay in steps of time."""
+        run = spectra(pair[0])
+        return float(squares(run, run.late(step * pair[1]))[0])
 
-        guess = np.array([steps[g], steps[d]])
-        fine = minimize(square, guess, method="Nelder-Mead", options=_FINE)
-        growth, delay = (step * fine.x).tolist()
-        return growth, delay, float(fine.fun)
-
-    def _spectra(self, growth: float) -> _Spectra:
-        """Spectra with the response where its inputs were, but for the delay in the middle."""
-        time = self.record.step * np.arange(self.record.response.size)
-        along = time / time[-1] - 0.5
-        response = np.interp(time + growth * along, time, self.record.response)
-        return _spectra(self.drive, response, self.by_force)
-
-    def _squares(self, run: _Spectra, late: FloatArray) -> FloatArray:
-        """Squares that all runs leave with the products of this one at some delays."""
-        return _squares(self.gram + run.gram, self.cross + late, self.n_runs)
+    steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1, dtype=np.float64)
+    table = np.array([squares(run, run.late_by_steps()) for run in map(spectra, steps)])
+    g, d = np.unravel_index(int(np.argmin(table)), table.shape)
+    guess = np.array([steps[g], steps[d]])
+    fine = minimize(square, guess, method="Nelder-Mead", options=_FINE)
+    growth, delay = (step * fine.x).tolist()
+    return float(fine.fun), ClockDrift(record.name, delay, growth)
 
 
-def _drive_lines(record: ElementRecord) -> _DriveLines:
-    """Spectrum of a run's drive up to where its motion is trusted."""
+def _spectra(record: ElementRecord, by_force: bool) -> Callable[[FloatArray], _Spectra]:
+    """Gives the products of one run with a response, up to where its motion is trusted."""
     window = np.hanning(record.drive.size)
     frequency = np.fft.rfftfreq(record.drive.size, record.step)
     used = (frequency > 0.0) & (frequency < record.cutoff_hz)
-    spectrum = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
+    of_drive = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
     omega = np.asarray(2.0 * np.pi * frequency[used], dtype=np.float64)
-    return _DriveLines(window, used, omega, spectrum)
 
+    def products(response: FloatArray) -> _Spectra:
+        level = (response - response.mean()) * window
+        moved = np.asarray(rfft(level), dtype=np.complex128)[used]
+        force, motion = (of_drive, moved) if by_force else (moved, of_drive)
+        size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
+        columns = np.array([motion, 1j * omega * motion, -(omega**2) * motion]).T / size
+        cross = np.conj(columns) * (force / size)[:, None]
+        if not by_force:
+            # The force is late: it turns the other way than the motion.
+            cross = np.conj(cross)
+        gram = np.asarray((np.conj(columns).T @ columns).real, dtype=np.float64)
+        return _Spectra(response.size, omega, gram, cross)
 
-def _spectra(drive: _DriveLines, response: FloatArray, by_force: bool) -> _Spectra:
-    """Products of one run with a response."""
-    level = (response - response.mean()) * drive.window
-    moved = np.asarray(rfft(level), dtype=np.complex128)[drive.used]
-    force, motion = (drive.spectrum, moved) if by_force else (moved, drive.spectrum)
-    size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
-    omega = drive.omega
-    columns = np.array([motion, 1j * omega * motion, -(omega**2) * motion]).T / size
-    cross = np.conj(columns) * (force / size)[:, None]
-    if not by_force:
-        # The force is late: it turns the other way than the motion.
-        cross = np.conj(cross)
-    gram = np.asarray((np.conj(columns).T @ columns).real, dtype=np.float64)
-    return _Spectra(response.size, omega, gram, cross)
+    return products
 
 
 def _squares(gram: FloatArray, cross: FloatArray, n_runs: int) -> FloatArray:

@@ -21,6 +21,8 @@ _SPAN = 1.3
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
 _SEPARATE_SHARE = 0.3
+#: A gap in a block shows its growth where it is this many times the noise.
+CLEAR = 2.0
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
 
@@ -73,17 +75,17 @@ def _exponent(
 ) -> Exponent:
     n = size.size
     if n < 2:
-        return _none(n, "fewer than two points show it")
+        return undetermined(n, "fewer than two points show it")
     columns = {other: _column(values) for other, values in conditions.items()}
     varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(_SPAN)]
     if name not in varying:
-        return _none(n, f"{name} does not vary")
+        return undetermined(n, f"{name} does not vary")
     others = [other for other in varying if other != name]
     design = np.column_stack([np.ones(n), *(columns[other] for other in others)])
     centred = columns[name] - columns[name].mean()
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _SEPARATE_SHARE * np.linalg.norm(centred):
-        return _none(n, f"{name} changes together with {' and '.join(others)}")
+        return undetermined(n, f"{name} changes together with {' and '.join(others)}")
     return _fitted(
         np.column_stack([columns[name], design]),
         np.log(size),
@@ -117,7 +119,8 @@ def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Expone
     )
 
 
-def _none(n: int, reason: str) -> Exponent:
+def undetermined(n: int, reason: str) -> Exponent:
+    """Exponent that `n` pairs of gap and condition do not show, and why."""
     nan = np.nan
     return Exponent(nan, (nan, nan), nan, n, reason)
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import false_discovery_control
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 IntArray = NDArray[np.int64]
 
@@ -170,6 +171,11 @@ _SHARE = 3
 _P_VALUE = 6
 #: Draws of every interval: enough for the 2.5 % quantile of a share to be within a per cent.
 N_DRAWS = 200
+
+
+def drawn_counts(n: int) -> FloatArray:
+    """How often each of n repetitions stands in each bootstrap draw, shape (N_DRAWS, n)."""
+    return multinomial_counts(n, N_DRAWS, seed=1)
 
 
 @dataclass(frozen=True, eq=False)

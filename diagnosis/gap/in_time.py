@@ -39,44 +39,20 @@ def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMome
     return tuple(moments)
 
 
-def block_rms(
-    run: str,
-    time: FloatArray,
-    block: NDArray[np.int64],
-    residual: FloatArray,
-    is_measured: BoolArray,
-) -> tuple[GapMoment, ...]:
-    """RMS by block of a run.
+def block_rms(records: Sequence[Any], residuals: Sequence[FloatArray]) -> tuple[GapMoment, ...]:
+    """RMS by block of every run, of all channels; loads may change from one block to the next.
 
-    A block is long enough to score; loads may change from one to the next.
-
-    Parameters
-    ----------
-    run : str
-        Run.
-    time : ndarray, shape (n,)
-        Time of the samples [s].
-    block : ndarray of int, shape (n,)
-        Block of every sample; -1 where it does not count.
-    residual : ndarray, shape (n, n_channels)
-        Gap, zero where nothing was measured.
-    is_measured : ndarray of bool, shape (n, n_channels)
-        Samples that were measured.
-
-    Returns
-    -------
-    tuple of GapMoment
-        One for each block with a measured sample.
+    `residuals`, shape (n,) or (n, n_channels), are zero where nothing was measured.
     """
     moments = []
-    for number in range(int(block.max()) + 1):
-        is_inside = block == number
-        n_measured = int(is_measured[is_inside].sum())
-        if n_measured:
-            mean_square = float(np.sum(residual[is_inside] ** 2)) / n_measured
-            moments.append(
-                GapMoment(run, float(time[is_inside].mean()), float(np.sqrt(mean_square)))
-            )
+    for record, residual in zip(records, residuals, strict=True):
+        for number in range(record.n_blocks):
+            is_inside = record.block == number
+            n_measured = int(record.is_measured[is_inside].sum())
+            if n_measured:
+                size = np.sqrt(float(np.sum(residual[is_inside] ** 2)) / n_measured)
+                time = float(record.time[is_inside].mean())
+                moments.append(GapMoment(record.name, time, float(size)))
     return tuple(moments)
 
 

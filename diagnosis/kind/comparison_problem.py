@@ -64,7 +64,7 @@ class ComparisonProblem(ABC):
     `cards` are the candidates by id; the effects the baseline already contains are always in and
     not among them. `cell_counts` and `noise_square`, shape (n_segments, n_cells), are the degrees
     of freedom of each cell of the score and the sum of squares that noise alone leaves there;
-    `unit` is the unit of the residual, `n_channels` how many signals it has.
+    `unit` is the unit of the residual.
     """
 
     @property
@@ -84,11 +84,6 @@ class ComparisonProblem(ABC):
 
     @property
     @abstractmethod
-    def n_channels(self) -> int:
-        """Number of signals of the residual."""
-
-    @property
-    @abstractmethod
     def cell_counts(self) -> FloatArray:
         """Degrees of freedom by segment and cell, shape (n_segments, n_cells)."""
 
@@ -105,12 +100,10 @@ class ComparisonProblem(ABC):
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:
-        """Parameter sets to start from, at least one.
+        """Parameter sets to start from, at least one; `known` are values by effect and name.
 
-        `known` holds values of a smaller set, by effect and name.
-
-        The first start takes every known value and switches the others off, so that no larger set
-        can fit worse.
+        The first takes every known value of a smaller set and switches the others off, so that no
+        larger set can fit worse.
         """
 
     @abstractmethod
@@ -119,10 +112,7 @@ class ComparisonProblem(ABC):
 
     @abstractmethod
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Sum of squared residuals by segment and cell, shape (n_segments, n_cells).
-
-        Zero where not chosen.
-        """
+        """Squared residuals by segment and cell, (n_segments, n_cells); zero where not chosen."""
 
     def total_square(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> float:
         """Sum of squared residuals of the chosen segments; infinite where the motion diverges."""
@@ -150,10 +140,7 @@ class ComparisonProblem(ABC):
 
     @abstractmethod
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """RMS of the change of the prediction when the simulator's step is halved.
-
-        Zero for a closed form.
-        """
+        """RMS change of the prediction with half the simulator's step; zero for a closed form."""
 
     @property
     def gains(self) -> DeclaredGains | None:
@@ -184,10 +171,7 @@ class ComparisonProblem(ABC):
     def combinations(
         self, effects: Effects, theta: FloatArray, covariance: FloatArray
     ) -> Mapping[str, Mapping[str, tuple[float, float]]]:
-        """What the records see of causes that they cannot tell apart, by class and name.
-
-        Shares, and their standard deviations.
-        """
+        """Shares of causes that cannot be told apart, and their errors, by class and name."""
         return {}
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:
@@ -244,10 +228,7 @@ class ComparisonProblem(ABC):
         return None
 
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Moves of the parameters by errors of the model itself, one standard deviation each.
-
-        Shape (n_errors, p); none of a model that is taken as exact.
-        """
+        """Moves of the parameters by a standard deviation of the model's errors, (n_errors, p)."""
         return np.zeros((0, theta.size))
 
     def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray | None:

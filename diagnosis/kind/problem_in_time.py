@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
+from carrierflex.diagnosis.comparison.known_physics import (
+    EXACT_GAINS,
+    NOTHING_KNOWN,
+    DeclaredGains,
+    KnownPhysics,
+)
 from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -33,6 +38,7 @@ from carrierflex.diagnosis.wiring.linear_records import LinearRecord, LoadAnswer
 from carrierflex.diagnosis.wiring.refits import PredictedRecord, WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.force_effect import ForceEffect
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
@@ -47,22 +53,21 @@ _THREADED = 2_000
 _TOGETHER = 32
 
 
-class _BlockedRecord(Protocol):
-    """Record of a run, cut into blocks: samples of block b, none of them where it is -1."""
+class _TimeRecord(Protocol):
+    """Record of evenly sampled signals: of one channel, shape (n,), or of several, shape (n, C).
+
+    It is cut into blocks, samples of none of them where that is -1. `noise` and `zero_noise` are
+    the variance of the noise of a sample and of the zero of the run, by channel.
+    """
 
     @property
     def name(self) -> str: ...
     @property
+    def condition(self) -> str: ...
+    @property
     def block(self) -> NDArray[Any]: ...
     @property
     def n_blocks(self) -> int: ...
-
-
-class _TimeRecord(_BlockedRecord, Protocol):
-    """Record of evenly sampled signals: of one channel, shape (n,), or of several, shape (n, C)."""
-
-    @property
-    def condition(self) -> str: ...
     @property
     def step(self) -> float: ...
     @property
@@ -71,6 +76,10 @@ class _TimeRecord(_BlockedRecord, Protocol):
     def measured(self) -> FloatArray: ...
     @property
     def is_measured(self) -> BoolArray: ...
+    @property
+    def noise(self) -> FloatArray | float: ...
+    @property
+    def zero_noise(self) -> FloatArray | float: ...
 
 
 class _Scale(Protocol):
@@ -84,22 +93,32 @@ class _Scale(Protocol):
 class ModelInTime(ABC):
     """Parameters of a simulator in time: those of its baseline, then those of every effect."""
 
+    effects: ClassVar[Mapping[str, ForceEffect]]  # Those that the simulator has
     scale: _Scale  # Sizes of everything
     cards: Mapping[str, EffectCard]  # Library
     laws: Mapping[str, Force]  # Users' compiled laws by effect
     contained: Effects  # Effects of the baseline
+    channels: tuple[str, ...]  # Names of the channels
     #: Values at which the parameters of the baseline are fixed; empty where they are fitted
     fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN  # Known values and declared errors of the channels
+    gains: DeclaredGains = EXACT_GAINS  # Errors of the gains of force and deflection
     measured: Mapping[str, object] = field(default_factory=dict)  # Laws of files by effect
 
     @abstractmethod
     def of_baseline(self) -> list[Parameter]:
         """Unknowns of the baseline."""
 
-    @abstractmethod
     def measurement(self, effect: str) -> Measurement | None:
         """Part of the measurement model that an effect is."""
+        known = self.effects.get(effect)
+        return known.measurement if known else None
+
+    def predicted_together(
+        self, effects: Effects, runs: Sequence[tuple[Any, Sequence[FloatArray]]], refined: int
+    ) -> list[list[FloatArray]] | None:
+        """Predictions of some records, each by some sets, in one pass; None where no pass does."""
+        return None
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of the baseline, then of every effect that it contains, then of the others."""
@@ -139,7 +158,7 @@ class ModelInTime(ABC):
             prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
             shape=parameter.shape,
             pair=parameter.pair,
-            gain_std=self._gain_std(parameter),
+            gain_std=self.gains.of(parameter.powers) if parameter.powers else 0.0,
         )
         unknown = self.known.sensor_prior(unknown, self.measurement(effect))
         return self.known.prior(unknown, parameter.name)
@@ -150,29 +169,25 @@ class ModelInTime(ABC):
     def _unit(self, parameter: EffectParameter) -> str:
         return parameter.unit
 
-    def _gain_std(self, parameter: EffectParameter) -> float:
-        return 0.0
 
-
-R = TypeVar("R", bound=_BlockedRecord)
 T = TypeVar("T", bound=_TimeRecord)
 M = TypeVar("M", bound=ModelInTime)
 
 
 @dataclass(frozen=True, eq=False)
-class DifferencedResiduals(Generic[R]):
+class DifferencedResiduals(Generic[T]):
     """Measured less predicted signals of all runs as a function of the parameters."""
 
-    records: Sequence[R]  # Runs
+    records: Sequence[T]  # Runs
     #: Residuals of some records, each at some parameter sets, shape (n,) or (n, n_channels); zero
     #: where nothing was measured, infinite where the motion diverges
-    residuals: Callable[[Sequence[tuple[R, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
+    residuals: Callable[[Sequence[tuple[T, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
     parameters: Sequence[Parameter]  # Unknowns, shape (p,)
     relative_step: float  # Step of the differences, relative to a parameter
 
     def chosen(
         self, theta: FloatArray, chosen: BoolArray
-    ) -> list[tuple[R, NDArray[np.int64], FloatArray]]:
+    ) -> list[tuple[T, NDArray[np.int64], FloatArray]]:
         """Runs with a chosen segment: record, indices of all its segments, its residual."""
         runs = _runs_with_segments(self.records, chosen)
         residuals = self.residuals([(record, [theta]) for record, _ in runs])
@@ -182,10 +197,7 @@ class DifferencedResiduals(Generic[R]):
         ]
 
     def sums(self, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums by segment; infinite squares where the motion diverges.
-
-        The sums of runs without a chosen segment stay zero.
-        """
+        """Gauss-Newton sums of the chosen runs; infinite squares where the motion diverges."""
         n = chosen.size
         p = theta.size
         matrix = np.zeros((n, p, p))
@@ -198,21 +210,21 @@ class DifferencedResiduals(Generic[R]):
                 square[segments] = np.inf
                 continue
             for block, segment in enumerate(segments):
-                samples = _samples_of(record, block)
-                block_rows = rows[:, samples].reshape(p, -1)
-                block_residual = residual[samples].ravel()
+                samples = np.flatnonzero(record.block == block)
+                # A slice copies nothing.
+                is_span = samples.size and samples[-1] - samples[0] + 1 == samples.size
+                inside = slice(samples[0], samples[-1] + 1) if is_span else samples
+                block_rows = rows[:, inside].reshape(p, -1)
+                block_residual = residual[inside].ravel()
                 matrix[segment] = block_rows @ block_rows.T
                 right[segment] = block_rows @ block_residual
                 square[segment] = block_residual @ block_residual
         return SegmentSums(matrix, right, square)
 
     def slopes(
-        self, theta: FloatArray, records: Sequence[R]
+        self, theta: FloatArray, records: Sequence[T]
     ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Residual and change of the prediction by every parameter, (p, ...), record by record.
-
-        Zero where a motion diverges.
-        """
+        """Residual and change of the prediction by parameter, (p, ...); zero where it diverges."""
         together = max(1, _TOGETHER // (theta.size + 1))
         for first in range(0, len(records), together):
             group = records[first : first + together]
@@ -232,29 +244,20 @@ class DifferencedResiduals(Generic[R]):
                         rows[k] /= step[k]
                 yield residual, rows
 
-    def _steps(self, theta: FloatArray, record: R) -> dict[int, FloatArray]:
+    def _steps(self, theta: FloatArray, record: T) -> dict[int, FloatArray]:
         """Differences of the parameters that a record has, by their number, shape (p,) each."""
-        moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
-        return {k: self._step(theta, k) * (np.arange(theta.size) == k) for k in moving}
-
-    def _step(self, theta: FloatArray, k: int) -> float:
-        """Difference of parameter k, within its bounds."""
-        parameter = self.parameters[k]
-        step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
-        return float(-step if theta[k] + step > parameter.upper else step)
-
-
-def _samples_of(record: _BlockedRecord, block: int) -> NDArray[np.int64] | slice:
-    """Samples of a block; a slice, which copies nothing, where none between them is missing."""
-    samples = np.flatnonzero(record.block == block)
-    if samples.size and samples[-1] - samples[0] + 1 == samples.size:
-        return slice(int(samples[0]), int(samples[-1]) + 1)
-    return samples
+        steps = {}
+        for k, parameter in enumerate(self.parameters):
+            if parameter.run in (None, record.name):
+                step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
+                within = -step if theta[k] + step > parameter.upper else step
+                steps[k] = float(within) * (np.arange(theta.size) == k)
+        return steps
 
 
 def _runs_with_segments(
-    records: Iterable[R], chosen: BoolArray
-) -> list[tuple[R, NDArray[np.int64]]]:
+    records: Iterable[T], chosen: BoolArray
+) -> list[tuple[T, NDArray[np.int64]]]:
     """Runs with a chosen segment."""
     first = 0
     runs = []
@@ -277,18 +280,8 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     @property
     @abstractmethod
-    def channels(self) -> tuple[str, ...]:
-        """Names of the channels."""
-
-    @property
-    @abstractmethod
     def edges_hz(self) -> FloatArray:
         """Ends of the bands of the score [Hz], shape (n_bands + 1,)."""
-
-    @property
-    @abstractmethod
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of a sample and of the zero of a run, shape (n_channels,) each."""
 
     @abstractmethod
     def simulator(self, effects: Effects) -> Callable[[T, FloatArray, int], FloatArray]:
@@ -296,11 +289,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
         Infinite where the motion diverges. What all threads share is made before it is returned.
         """
-
-    @property
-    def n_channels(self) -> int:
-        """Signals that are compared."""
-        return len(self.channels)
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -327,15 +315,15 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Degrees of freedom and sum of squares of the noise by block, and channel and band."""
         counts = []
         noise = []
-        for record, (of_sample, of_zero) in zip(self.records, self.noise_by_run, strict=True):
+        for record in self.records:
             is_measured = _by_channel(record.is_measured)
             by_block = block_counts(is_measured, record.block, record.step, self.edges_hz)
-            square = by_block * of_sample[:, None]
+            square = by_block * np.reshape(record.noise, (-1, 1))
             n_measured = np.array(
                 [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
             )
             # The zero's error is constant over a run: it lies in the lowest band.
-            square[:, :, 0] += of_zero * n_measured
+            square[:, :, 0] += record.zero_noise * n_measured
             counts.append(by_block.reshape(record.n_blocks, -1))
             noise.append(square.reshape(record.n_blocks, -1))
         return np.concatenate(counts), np.concatenate(noise)
@@ -414,7 +402,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             signal_overlay(record.name, name, record.step, measured, residual)
             for record, residuals in zip(self.records, self.residuals(effects, theta), strict=True)
             for name, measured, residual in zip(
-                self.channels,
+                self.model.channels,
                 _by_channel(record.measured).T,
                 _by_channel(residuals).T,
                 strict=True,
@@ -463,14 +451,18 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         return ()
 
     def wiring_beside(
-        self, laws: Effects, shapes: Sequence[Law], refitted: Callable[[Campaign], float]
+        self,
+        refitted: Callable[[Campaign, Effects, Sequence[Law]], float],
+        laws: Effects,
+        values: Mapping[tuple[str, str], float],
+        shapes: Sequence[Law],
     ) -> WiringChecks:
         """What can be tried with laws in the model; a law of a file is in no other campaign's."""
         if set(laws) & set(self.brought):
             return WiringChecks.none()
         return replace(
             WiringChecks.none(),
-            refitted=refitted,
+            refitted=lambda other: refitted(other, laws, shapes),
             linear=lambda theta: self.with_laws(shapes).linear_records(theta, laws),
         )
 
@@ -481,7 +473,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
         """Residuals of a set of effects as a function of its parameters."""
-        predicted = self.simulator(effects)
 
         def remaining(record: T, response: FloatArray) -> FloatArray:
             """Measured less predicted; zero where nothing was measured."""
@@ -490,11 +481,10 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             return np.where(record.is_measured, record.measured - response, 0.0)
 
         def residuals(runs: Sequence[tuple[T, Sequence[FloatArray]]]) -> list[list[FloatArray]]:
+            responses = self._responses(effects, runs)
             return [
-                [remaining(record, response) for response in responses]
-                for (record, _), responses in zip(
-                    runs, self._responses(effects, predicted, runs), strict=True
-                )
+                [remaining(record, response) for response in of_run]
+                for (record, _), of_run in zip(runs, responses, strict=True)
             ]
 
         return DifferencedResiduals(
@@ -505,43 +495,30 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         self, effects: Effects, theta: FloatArray, *, refined: int = 1
     ) -> list[FloatArray]:
         """Prediction of every run."""
-        runs = [(record, [theta]) for record in self.records]
-        predicted = self.simulator(effects)
-        responses = self._responses(effects, predicted, runs, refined=refined)
+        responses = self._responses(
+            effects, [(record, [theta]) for record in self.records], refined
+        )
         return [response for (response,) in responses]
 
     def _responses(
         self,
         effects: Effects,
-        predicted: Callable[[T, FloatArray, int], FloatArray],
         runs: Sequence[tuple[T, Sequence[FloatArray]]],
-        *,
         refined: int = 1,
     ) -> list[list[FloatArray]]:
-        """Predictions of some records, each by some parameter sets: in one pass, or in threads.
-
-        `predicted` is the simulator of the effects.
-        """
-        together = self.predicted_together(effects, runs, refined)
+        """Predictions of some records, each by some parameter sets: in one pass, or in threads."""
+        together = self.model.predicted_together(effects, runs, refined)
         if together is not None:
             return together
-        calls = [(record, theta) for record, sets in runs for theta in sets]
-        n_samples = sum(record.measured.size for record in self.records)
-        if n_samples < _THREADED:
-            responses = iter([predicted(record, theta, refined) for record, theta in calls])
+        predicted = self.simulator(effects)
+        calls = [(record, theta, refined) for record, sets in runs for theta in sets]
+        if sum(record.measured.size for record in self.records) < _THREADED:
+            responses = iter([predicted(*call) for call in calls])
         else:
             # The compiled motion runs without the interpreter's lock.
             with ThreadPoolExecutor(os.cpu_count()) as threads:
-                responses = iter(
-                    [*threads.map(lambda call: predicted(call[0], call[1], refined), calls)]
-                )
+                responses = iter([*threads.map(lambda call: predicted(*call), calls)])
         return [[next(responses) for _ in sets] for _, sets in runs]
-
-    def predicted_together(
-        self, effects: Effects, runs: Sequence[tuple[T, Sequence[FloatArray]]], refined: int
-    ) -> list[list[FloatArray]] | None:
-        """Predictions of some records, each by some sets, in one pass; None where no pass does."""
-        return None
 
 
 def _by_channel(signals: NDArray[Any]) -> NDArray[Any]:

@@ -21,10 +21,11 @@ from carrierflex.diagnosis.classes.decision import (
     ties_of,
     way_of,
 )
-from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
 from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import NO_CLASS, NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.mounting.columns import ACTING
 from carrierflex.diagnosis.mounting.motion import N_FREE
 from carrierflex.diagnosis.mounting.shapes import measured_shape
 from carrierflex.diagnosis.mounting.table import (
@@ -43,9 +44,7 @@ from carrierflex.diagnosis.mounting.table import (
     MountingTable,
 )
 
-#: Loads in words, and the share of the largest load's motion below which one is absent.
 _LOADS = ("a torque", "a sideways load", "a vertical load")
-_ABSENT = 0.1
 #: Share of the lowest frequency at which inertia takes a quarter of a load.
 _QUICK = 0.5
 #: Share of a map that a law of its kind explains, at least: of a map beside which none does, the
@@ -97,16 +96,15 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
         note=_separating_load(table, decision),
     )
     if all(shape_of(name) in LINEAR_MAPS for name in decision.classes):
-        if any(map(_is_of_readings, answer.classes)):
+        # A map of stiffness or loads that explains what no such law explains anything of.
+        if any(
+            shape_of(finding.id) in (STIFFNESS, LOADS)
+            and finding.law_share < _LEAST_OF_MAP * finding.share
+            for finding in answer.classes
+        ):
             answer = replace(answer, state=NO_CLASS)
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), table.model.cards)
     return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
-
-
-def _is_of_readings(finding: ClassFinding) -> bool:
-    """Whether a map of stiffness or loads explains what no such law explains anything of."""
-    is_of_rig = shape_of(finding.id) in (STIFFNESS, LOADS)
-    return is_of_rig and finding.law_share < _LEAST_OF_MAP * finding.share
 
 
 def _separating_load(table: MountingTable, decision: Decision) -> str:
@@ -114,7 +112,7 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
     tied = {shape_of(name) for names in decision.ties for name in names} & set(LINEAR_MAPS)
     if not tied or not {shape_of(name) for name in decision.classes} & set(LINEAR_MAPS):
         return ""
-    body = table.body
+    body = table.motions[0].body
     stiffness = np.diag(body.K)[:N_FREE]
     static = body.free_output @ (body.G[:N_FREE] / stiffness[:, None])
     moved = np.zeros(len(_LOADS))
@@ -122,7 +120,7 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
         loads = motion.loads - motion.loads[0]
         moved += np.square(loads).mean(axis=0) * np.square(static).sum(axis=0)
     by_load = zip(_LOADS, moved, strict=True)
-    absent = [words for words, square in by_load if square < _ABSENT**2 * moved.max()]
+    absent = [words for words, square in by_load if square < ACTING**2 * moved.max()]
     lowest = float(np.sqrt(np.min(stiffness / np.diag(body.M)[:N_FREE])) / (2.0 * np.pi))
     load = (
         f"{absent[0]} together with the others"
@@ -214,7 +212,12 @@ def _with_fewest_columns(
         ]
         for name in rivals:
             rival = tuple(sorted((*others, name)))
-            if _stands(shares, scores.of(rival), scored, name, member, sizes[name]):
+            is_map = {shape_of(name), shape_of(member)} <= set(LINEAR_MAPS)
+            if is_map and sizes[name] == 1:
+                is_as_good = is_no_clear_gain(shares, scores.of(rival), scored)
+            else:
+                is_as_good = shares.are_equal(scores.of(rival), scored)
+            if is_as_good:
                 answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
                 break
     ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
@@ -225,16 +228,6 @@ def _with_fewest_columns(
         ties.append(decision.classes)
     ties = list(dict.fromkeys(ties))
     return replace(decision, classes=answer, squares=scores.of(answer), ties=tuple(ties))
-
-
-def _stands(
-    shares: Shares, rival: HeldOutSquares, scored: HeldOutSquares, name: str, member: str, size: int
-) -> bool:
-    """Whether a class of fewer columns takes the place of a member."""
-    is_map = {shape_of(name), shape_of(member)} <= set(LINEAR_MAPS)
-    if is_map and size == 1:
-        return is_no_clear_gain(shares, rival, scored)
-    return shares.are_equal(rival, scored)
 
 
 def _tied_maps(
@@ -277,7 +270,14 @@ def _in_contract_ids(answer: ClassAnswer) -> ClassAnswer:
         name = contract_id(rival)
         if name not in ids:
             rivals[name] = max(share, rivals.get(name, -1.0))
-    words = [_detail(finding.id) for finding in answer.classes]
+    words = []
+    for finding in answer.classes:
+        shape, way = shape_of(finding.id), way_of(finding.id)
+        words.append(_WORDS.get(finding.id, ""))
+        if not words[-1] and shape in (GAIN, ZERO):
+            words[-1] = f"{'gain' if shape == GAIN else 'zero'} of {way}"
+        elif not words[-1] and way != SAME:
+            words[-1] = "a law of its own in either bushing"
     note = "; ".join(text for text in (*words, answer.note) if text)
     return replace(
         answer,
@@ -307,13 +307,3 @@ def _joined(first: ClassFinding | None, second: ClassFinding) -> ClassFinding:
         share_ci95=(low, min(high, 1.0)),
         law_named=first.law_named and second.law_named and first.law == second.law,
     )
-
-
-def _detail(name: str) -> str:
-    """What of an id a class is, in words; empty where the id says it."""
-    if name in _WORDS:
-        return _WORDS[name]
-    if shape_of(name) in (GAIN, ZERO):
-        kind = "gain" if shape_of(name) == GAIN else "zero"
-        return f"{kind} of {way_of(name)}"
-    return "" if way_of(name) == SAME else "a law of its own in either bushing"

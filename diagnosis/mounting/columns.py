@@ -10,6 +10,7 @@ axial guide) that motion shows at once, and loads the bushings besides.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 from numba import njit
@@ -22,159 +23,147 @@ from carrierflex.diagnosis.classes.columns import (
     relaxing_branches,
     stops,
 )
-from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.model import MountingModel
-from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, RigidBody
-from carrierflex.simulation.force_laws import Force
+from carrierflex.diagnosis.comparison.problem import FloatArray, bounds_of
+from carrierflex.diagnosis.kind.motion_columns import (
+    N_PRONY,
+    N_TIME,
+    curved_speed,
+    relaxation_times,
+    step_at_rest,
+    time_splines,
+)
+from carrierflex.diagnosis.mounting.model import USER_SHARES, MountingModel
+from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 
 _N_FORCE, _N_RADIAL = 16, 8
 _N_SPEED, _N_RADIAL_SPEED = 10, 6
 _N_COUPLED = 6
 _N_YIELDS, _N_RADIAL_YIELDS = 10, 8
-_N_PRONY = 8
-_N_TIME = 5
-#: Speed of the asinh scale, and below which its sign is uncertain, over its RMS.
-_SPEED_SCALE, _REST_SPEED = 0.1, 0.02
+#: Speed below which its sign is uncertain, over its RMS.
+_REST_SPEED = 0.02
 #: Yield deflections over the largest deflection.
 _YIELDS = (0.01, 0.7)
-#: Relaxation times from so many steps to this share of the longest record.
-_TAU_STEPS, _TAU_SHARE = 1.5, 0.2
 #: Group of forces of the bushings, columns of shape (n_columns, 2, 2, n).
 ForceGroup = GroupColumns[BushingMotion]
-#: Delays among which the one that fits is sought [s], both signs.
-DELAYS = np.geomspace(0.004, 0.3, 14)
+_SIZES = np.geomspace(0.004, 0.3, 14)
+#: Delays among which the one that fits is sought [s]: loads may be late, or signals.
+DELAYS = np.concatenate([_SIZES, -_SIZES])
 #: Motion of a channel over what is missing in it from which a gain may be the reason.
 _LEAST_MOVED = 1.5
-#: Share of the motion that the smaller of torque and radial load must make.
-_LEAST_SHARE = 0.1
+#: Share of the motion that a load must make to count as one that acts.
+ACTING = 0.1
 _LOADS = {"all": (0, 1, 2), "torque": (0,), "radial_load": (1, 2)}
 #: Relaxation times and yield deflections of the laws over the time of a step and the largest
 #: deflection.
 _LAW_TAUS = np.geomspace(1.5, 1500.0, 14)
 _LAW_YIELDS = np.geomspace(0.01, 1.0, 14)
-#: Shapes of a user's law over the scale of the card.
-_USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True, eq=False)
 class BushingSize:
-    """Sizes of the motion over all runs, and the splines over them."""
+    """Sizes of the motion over all runs, and what follows from them."""
 
-    #: deflection, radius, speed: largest deflection in y or z, largest along any direction, RMS
-    #: speed
+    #: deflection, radius: largest deflection in y or z, largest along any direction
     deflection: float
     radius: float
-    speed: float
-    taus: FloatArray  # Relaxation times [s], shape (n,)
-    length: float  # Longest run [s]
     #: low, high: range of the deflection
     low: float
     high: float
-    fastest: float  # Largest speed
-
-    @property
-    def rest_speed(self) -> float:
-        """Speed below which its sign is uncertain."""
-        return _REST_SPEED * self.speed
-
-    @property
-    def yields(self) -> FloatArray:
-        """Yield deflections, shape (n,)."""
-        return np.geomspace(*_YIELDS, _N_YIELDS) * self.deflection
-
-    @property
-    def radial_yields(self) -> FloatArray:
-        """Yield deflections of sliders in the plane, shape (n,)."""
-        return np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * self.radius
-
-    def curved_speed(self, v: FloatArray) -> FloatArray:
-        """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
-        return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.speed)), dtype=np.float64)
-
-    def straight_speed(self, curved: FloatArray) -> FloatArray:
-        """Speed of :meth:`curved_speed`."""
-        return np.asarray(_SPEED_SCALE * self.speed * np.sinh(curved), dtype=np.float64)
-
-    def force_splines(self) -> SplineBasis:
-        """Splines of f(u)."""
-        return basis_over(np.array([self.low, self.high]), _N_FORCE)
-
-    def speed_splines(self) -> SplineBasis:
-        """Splines of g(v), in asinh of the speed."""
-        end = self.curved_speed(np.array([-self.fastest, self.fastest]))
-        return basis_over(end, _N_SPEED)
-
-    def coupled_splines(self) -> SplineBasis:
-        """Splines of h(u)."""
-        return basis_over(np.array([self.low, self.high]), _N_COUPLED)
-
-    def time_splines(self) -> SplineBasis:
-        """Splines of time over the longest run."""
-        return SplineBasis(0.0, self.length, _N_TIME)
+    #: speed, fastest, rest_speed: RMS, largest, and below which its sign is uncertain
+    speed: float
+    fastest: float
+    rest_speed: float
+    length: float  # Longest run [s]
+    taus: FloatArray  # Relaxation times [s], shape (n,)
+    #: yields, radial_yields: of sliders in y and in z, and in the plane, shape (n,)
+    yields: FloatArray
+    radial_yields: FloatArray
 
 
 def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
     """Sizes over all runs."""
     u = np.concatenate([run.u.reshape(4, -1) for run in motions], axis=1)
     v = np.concatenate([run.v.reshape(4, -1) for run in motions], axis=1)
-    radius = np.concatenate([np.hypot(run.u[:, 0], run.u[:, 1]).ravel() for run in motions])
-    length = max(run.time[-1] + run.step for run in motions)
-    step = min(run.step for run in motions)
+    deflection = float(np.abs(u).max())
+    radius = float(max(_radius(run.u).max() for run in motions))
+    speed = float(np.sqrt(np.mean(v**2)))
+    length = float(max(run.time[-1] + run.step for run in motions))
     return BushingSize(
-        deflection=float(np.abs(u).max()),
-        radius=float(radius.max()),
-        speed=float(np.sqrt(np.mean(v**2))),
-        taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * length, _N_PRONY),
-        length=float(length),
+        deflection=deflection,
+        radius=radius,
         low=float(u.min()),
         high=float(u.max()),
+        speed=speed,
         fastest=float(np.abs(v).max()),
+        rest_speed=_REST_SPEED * speed,
+        length=length,
+        taus=relaxation_times(min(run.step for run in motions), length),
+        yields=np.geomspace(*_YIELDS, _N_YIELDS) * deflection,
+        radial_yields=np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * radius,
     )
 
 
 def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
     """Every group of forces: of the deflection, of time, of the speed, with a memory."""
     curvature = partial(difference_penalty, order=2)
-    of_sliders = np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS))
-    h = size.coupled_splines()
+    deflections, radii = np.array([size.low, size.high]), np.array([0.0, size.radius])
+    f, radial_f = basis_over(deflections, _N_FORCE), basis_over(radii, _N_RADIAL)
+    h, radial_h = basis_over(deflections, _N_COUPLED), basis_over(radii, _N_COUPLED)
+    speeds = curved_speed(np.array([-size.fastest, size.fastest]), size.speed)
+    g, in_time = basis_over(speeds, _N_SPEED), time_splines(size.length)
+    radial_g = basis_over(np.array([0.0, np.sqrt(2.0) * size.fastest]), _N_RADIAL_SPEED)
+
+    def speed_force(run: BushingMotion) -> FloatArray:
+        """Splines of the speed, and a step at rest for either direction."""
+        splines = _splined(g, curved_speed(run.v, size.speed))
+        return np.concatenate([splines, step_at_rest(run.v, size.rest_speed)])
+
+    def radial_speed(run: BushingMotion) -> FloatArray:
+        """c(|v|) along the speed, and dry friction against it."""
+        speed = _radius(run.v)
+        friction = np.tanh(speed / size.rest_speed) / np.maximum(speed, 1e-3 * size.rest_speed)
+        factors = np.concatenate([_splined(radial_g, speed), friction[None]])
+        return factors[:, :, None] * run.v
+
+    def radial_stops(run: BushingMotion) -> FloatArray:
+        """Sliders that yield in the direction of their deflection."""
+        yields = size.radial_yields
+        return _in_plane(run, yields, _returned) / yields[:, None, None, None]
+
+    none, none_radial = np.zeros((_N_YIELDS,) * 2), np.zeros((_N_RADIAL_YIELDS,) * 2)
     return (
-        ForceGroup("f", lambda run: _splined(size.force_splines(), run.u), curvature(_N_FORCE)),
-        ForceGroup("radial_f", lambda run: _radial_force(size, run), curvature(_N_RADIAL)),
-        ForceGroup("time", lambda run: _in_time(size, run), difference_penalty(_N_TIME, 1)),
-        ForceGroup("g", lambda run: _speed_force(size, run.v), _with_step(curvature(_N_SPEED), 2)),
+        ForceGroup("f", lambda run: _splined(f, run.u), curvature(_N_FORCE)),
         ForceGroup(
-            "radial_g",
-            lambda run: _radial_speed(size, run),
-            _with_step(curvature(_N_RADIAL_SPEED), 1),
+            "radial_f",
+            lambda run: _splined(radial_f, _radius(run.u))[:, :, None] * run.u,
+            curvature(_N_RADIAL),
         ),
+        ForceGroup(
+            "time",
+            lambda run: in_time(run.time)[:, None, None] * run.u,
+            difference_penalty(N_TIME, 1),
+        ),
+        ForceGroup("g", speed_force, np.pad(curvature(_N_SPEED), (0, 2))),
+        ForceGroup("radial_g", radial_speed, np.pad(curvature(_N_RADIAL_SPEED), (0, 1))),
         ForceGroup("h", lambda run: _splined(h, run.u) * run.v, curvature(_N_COUPLED)),
-        ForceGroup("radial_h", lambda run: _radial_coupled(size, run), curvature(_N_COUPLED)),
         ForceGroup(
-            "stops",
-            lambda run: _stop_forces(run, size.yields),
-            np.zeros((_N_YIELDS, _N_YIELDS)),
-            True,
+            "radial_h",
+            lambda run: _splined(radial_h, _radius(run.u))[:, :, None] * run.v,
+            curvature(_N_COUPLED),
         ),
-        ForceGroup("radial_stops", lambda run: _radial_stops(size, run), of_sliders, True),
+        ForceGroup("stops", lambda run: _stop_forces(run, size.yields), none, True),
+        ForceGroup("radial_stops", radial_stops, none_radial, True),
         ForceGroup(
             "smooth_stops",
             lambda run: _in_plane(run, size.radial_yields, _given_way),
-            of_sliders,
+            none_radial,
             True,
         ),
         ForceGroup(
-            "prony", lambda run: _branches(run, size.taus), np.zeros((_N_PRONY, _N_PRONY)), True
+            "prony", lambda run: _branches(run, size.taus), np.zeros((N_PRONY, N_PRONY)), True
         ),
     )
-
-
-def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
-    """Penalty with columns behind it that are free."""
-    n = len(penalty)
-    wider = np.zeros((n + n_free, n + n_free))
-    wider[:n, :n] = penalty
-    return wider
 
 
 def _splined(basis: SplineBasis, values: FloatArray) -> FloatArray:
@@ -182,43 +171,9 @@ def _splined(basis: SplineBasis, values: FloatArray) -> FloatArray:
     return basis(values.ravel()).reshape(basis.n, *values.shape)
 
 
-def _speed_force(size: BushingSize, v: FloatArray) -> FloatArray:
-    """g(v): splines, and a step at rest for either direction, shape (n_columns, *v.shape)."""
-    sign = np.tanh(v / size.rest_speed)
-    steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-    return np.concatenate([_splined(size.speed_splines(), size.curved_speed(v)), steps])
-
-
 def _radius(u: FloatArray) -> FloatArray:
     """Size of a vector in y and z, shape (2, n)."""
     return np.asarray(np.hypot(u[:, 0], u[:, 1]))
-
-
-def _radial_force(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """k(r) along the deflection."""
-    basis = basis_over(np.array([0.0, size.radius]), _N_RADIAL)
-    return _splined(basis, _radius(run.u))[:, :, None] * run.u
-
-
-def _radial_speed(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """c(|v|) along the speed, and dry friction against it."""
-    speed = _radius(run.v)
-    basis = basis_over(np.array([0.0, np.sqrt(2.0) * size.fastest]), _N_RADIAL_SPEED)
-    friction = np.tanh(speed / size.rest_speed) / np.maximum(speed, 1e-3 * size.rest_speed)
-    factors = np.concatenate([_splined(basis, speed), friction[None]])
-    return factors[:, :, None] * run.v
-
-
-def _radial_coupled(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """h(r) along the speed."""
-    basis = basis_over(np.array([0.0, size.radius]), _N_COUPLED)
-    return _splined(basis, _radius(run.u))[:, :, None] * run.v
-
-
-def _in_time(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """Stiffness that changes slowly with time."""
-    splines = size.time_splines()(run.time)
-    return splines[:, None, None] * run.u
 
 
 def _along_each(
@@ -245,12 +200,6 @@ def _branches(run: BushingMotion, taus: FloatArray) -> FloatArray:
     return _along_each(
         run.u, taus.size, lambda x: relaxing_branches(x, taus, run.step, from_rest=True)
     )
-
-
-def _radial_stops(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """Sliders that yield in the direction of their deflection."""
-    yields = size.radial_yields
-    return _in_plane(run, yields, _returned) / yields[:, None, None, None]
 
 
 def _in_plane(
@@ -297,15 +246,9 @@ def _given_way(u, yields):  # type: ignore[no-untyped-def]
     return z
 
 
-def signals_of(body: RigidBody, run: BushingMotion, p: FloatArray) -> FloatArray:
-    """Signals that generalised forces on the free coordinates make, shape (m, n_channels, n)."""
-    moved = body.response(p, run.step)
-    return np.asarray(body.free_output @ run.zeroed(moved))
-
-
-def _guide_forces(body: RigidBody, run: BushingMotion) -> FloatArray:
+def _guide_forces(run: BushingMotion) -> FloatArray:
     """Forces that bearing and axial guide must bear, shape (3, n): p of the coordinates held."""
-    acceleration = np.gradient(run.rate, run.step, axis=1)
+    body, acceleration = run.body, np.gradient(run.rate, run.step, axis=1)
     free, guided = slice(0, N_FREE), slice(N_FREE, None)
     return np.asarray(
         body.G[guided] @ run.loads.T
@@ -315,64 +258,56 @@ def _guide_forces(body: RigidBody, run: BushingMotion) -> FloatArray:
     )
 
 
-def _guide_motions(body: RigidBody, run: BushingMotion, b: FloatArray) -> FloatArray:
+def _guide_motions(run: BushingMotion, b: FloatArray) -> FloatArray:
     """Signals of motions of what the baseline holds, shape (m, n_channels, n)."""
-    rate = np.gradient(b, run.step, axis=-1)
+    body, rate = run.body, np.gradient(b, run.step, axis=-1)
     acceleration = np.gradient(rate, run.step, axis=-1)
     free, guided = slice(0, N_FREE), slice(N_FREE, None)
     p = -(
         body.M[free, guided] @ acceleration + body.C[free, guided] @ rate + body.K[free, guided] @ b
     )
     direct = body.output[:, guided] @ run.zeroed(b)
-    return np.asarray(direct + signals_of(body, run, p))
+    return np.asarray(direct + run.signals_of(p))
 
 
-def bearing_column(body: RigidBody, run: BushingMotion) -> FloatArray:
+def bearing_column(run: BushingMotion) -> FloatArray:
     """Bearing that gives way alike in y and in z, shape (1, n_channels, n)."""
-    b = _guide_forces(body, run)
+    b = _guide_forces(run)
     b[2] = 0.0
-    return _guide_motions(body, run, b[None])
+    return _guide_motions(run, b[None])
 
 
-def axial_column(body: RigidBody, run: BushingMotion) -> FloatArray:
+def axial_column(run: BushingMotion) -> FloatArray:
     """Axial stiffness of the bushings: a moment against yaw, shape (1, n_channels, n)."""
-    return signals_of(body, run, _on_free(run, 2, -run.q[2])[None])
+    return run.signals_of(_on_free(run, 2, -run.q[2])[None])
 
 
-def unequal_column(body: RigidBody, run: BushingMotion) -> FloatArray:
+def unequal_column(run: BushingMotion) -> FloatArray:
     """Forces of the starboard bushing larger, of the port one smaller, shape (1, n_channels, n)."""
-    force = body.stiffness * run.u + body.damping * run.v
+    force = run.body.stiffness * run.u + run.body.damping * run.v
     sides = np.array([1.0, -1.0])[:, None, None]
-    return signals_of(body, run, body.on_coordinates((force * sides)[None]))
+    return run.signals_of_bushings((force * sides)[None])
 
 
-def full_stiffness(body: RigidBody, run: BushingMotion) -> FloatArray:
+def full_stiffness(run: BushingMotion) -> FloatArray:
     """Symmetric map of six motions, shape (n_columns, n_channels, n)."""
     stiff = []
-    for i in range(N_FREE):
-        for j in range(i, N_FREE):
-            p = _on_free(run, i, -run.q[j])
-            if i != j:
-                p += _on_free(run, j, -run.q[i])
-            stiff.append(p)
-    forces = _guide_forces(body, run)
-    free = body.K[:N_FREE, :N_FREE] @ run.q
+    for i, j in combinations_with_replacement(range(N_FREE), 2):
+        p = _on_free(run, i, -run.q[j])
+        p[j] = -run.q[i]
+        stiff.append(p)
+    forces, K = _guide_forces(run), run.body.K[:N_FREE, :N_FREE]
     moves = []
-    for i in range(2):
-        for j in range(i, 2):
-            b = np.zeros_like(forces)
-            b[i] += forces[j]
-            if i != j:
-                b[j] += forces[i]
-            moves.append(b)
-    for i in range(N_FREE):
-        for j in range(N_FREE):
-            b = np.zeros_like(forces)
-            b[j] = free[i] / body.K[i, i]
-            moves.append(b)
-    return np.concatenate(
-        [signals_of(body, run, np.array(stiff)), _guide_motions(body, run, np.array(moves))]
-    )
+    for i, j in combinations_with_replacement(range(2), 2):
+        b = np.zeros_like(forces)
+        b[i], b[j] = forces[j], forces[i]
+        moves.append(b)
+    free = K @ run.q
+    for i, j in product(range(N_FREE), range(N_FREE)):
+        b = np.zeros_like(forces)
+        b[j] = free[i] / K[i, i]
+        moves.append(b)
+    return np.concatenate([run.signals_of(np.array(stiff)), _guide_motions(run, np.array(moves))])
 
 
 def _on_free(run: BushingMotion, coordinate: int, values: FloatArray) -> FloatArray:
@@ -382,7 +317,7 @@ def _on_free(run: BushingMotion, coordinate: int, values: FloatArray) -> FloatAr
     return p
 
 
-def load_columns(body: RigidBody, run: BushingMotion, way: str) -> FloatArray:
+def load_columns(run: BushingMotion, way: str) -> FloatArray:
     """Map of the loads in one of its ways, shape (n_columns, n_channels, n).
 
     ``torque_from_load``: roll by F_y, by F_z; ``direction``: the radial load turned about the axis;
@@ -391,15 +326,12 @@ def load_columns(body: RigidBody, run: BushingMotion, way: str) -> FloatArray:
     stiffness it would be the measured motion, whatever moves it.
     """
     F = run.loads.T
-    free = body.G[:N_FREE]
+    free = run.body.G[:N_FREE]
     if way == "torque_from_load":
-        return signals_of(body, run, np.array([_on_free(run, 0, row) for row in F[1:]]))
-    if way == "direction":
-        turned = np.array([np.zeros_like(F[0]), -F[2], F[1]])
-        return signals_of(body, run, (free @ turned)[None])
-    if way == "gain":
-        radial = np.array([np.zeros_like(F[0]), F[1], F[2]])
-        return signals_of(body, run, (free @ radial)[None])
+        return run.signals_of(np.array([_on_free(run, 0, row) for row in F[1:]]))
+    if way in ("direction", "gain"):
+        y, z = (-F[2], F[1]) if way == "direction" else (F[1], F[2])
+        return run.signals_of((free @ np.array([np.zeros_like(y), y, z]))[None])
     others = [
         _on_free(run, i, row)
         for i in range(N_FREE)
@@ -408,33 +340,29 @@ def load_columns(body: RigidBody, run: BushingMotion, way: str) -> FloatArray:
     ]
     size = np.maximum(np.abs(F).max(axis=1), 1.0)
     b = np.zeros((3 * len(F), 3, F.shape[1]))
-    for j in range(3):
-        for k, row in enumerate(F):
-            b[len(F) * j + k, j] = row / size[k]
-    return np.concatenate([signals_of(body, run, np.array(others)), _guide_motions(body, run, b)])
+    for number, (j, k) in enumerate(product(range(3), range(len(F)))):
+        b[number, j] = F[k] / size[k]
+    return np.concatenate([run.signals_of(np.array(others)), _guide_motions(run, b)])
 
 
-def shows_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
+def shows_load_gain(motions: Sequence[BushingMotion]) -> bool:
     """Whether torque and radial load both move the housing."""
     squares = np.zeros(2)
     for run in motions:
         for k, columns in enumerate(((0,), (1, 2))):
-            p = body.G[:N_FREE, columns] @ run.loads[:, columns].T
-            moved = signals_of(body, run, p[None])
-            squares[k] += float(np.sum(moved**2))
-    return bool(squares.min() >= _LEAST_SHARE**2 * squares.sum())
+            p = run.body.G[:N_FREE, columns] @ run.loads[:, columns].T
+            squares[k] += float(np.sum(run.signals_of(p[None]) ** 2))
+    return bool(squares.min() >= ACTING**2 * squares.sum())
 
 
-def delay_columns(
-    body: RigidBody, run: BushingMotion, way: str, delays: Sequence[float] | FloatArray
-) -> FloatArray:
+def delay_columns(run: BushingMotion, way: str, delays: Sequence[float] | FloatArray) -> FloatArray:
     """Loads that act later by each delay, less those that act at once."""
     added = np.zeros((len(delays), *run.loads.shape))
     for late, delay in zip(added, delays, strict=True):
         for k in _LOADS[way]:
             moved = np.interp(run.time - delay, run.time, run.loads[:, k])
             late[:, k] = moved - run.loads[:, k]
-    return signals_of(body, run, body.G[:N_FREE] @ added.transpose(0, 2, 1))
+    return run.signals_of(run.body.G[:N_FREE] @ added.transpose(0, 2, 1))
 
 
 def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
@@ -455,76 +383,64 @@ def channel_column(run: BushingMotion, channel: int, values: FloatArray | float)
     return column
 
 
+#: Laws that are no forces of the bushings: signals of a run for unit amplitude.
+_SIGNALS: Mapping[str, Callable[[BushingMotion], FloatArray]] = {
+    "sensor_gain": lambda run: np.array(
+        [channel_column(run, k, signal) for k, signal in enumerate(run.signals)]
+    ),
+    "sensor_zero": lambda run: np.array(
+        [channel_column(run, k, 1.0) for k in range(len(run.signals))]
+    ),
+    "sensor_delay": lambda run: delay_columns(run, "all", DELAYS)[:, None],
+    "parasitic_torque": lambda run: load_columns(run, "torque_from_load")[None, 1:],
+    "ntl_direction": lambda run: load_columns(run, "direction")[None, :1],
+    "axial_bushing_stiffness": lambda run: axial_column(run)[None],
+    "main_bearing_compliance": lambda run: bearing_column(run)[None],
+    "unequal_bushings": lambda run: unequal_column(run)[None],
+}
+#: Laws of one shape: force over deflection and speed.
+_FORCES: Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
+    "cubic_stiffness": lambda u, v: u**3,
+    "quintic_stiffness": lambda u, v: u**5,
+    "deflection_dependent_damping": lambda u, v: u**2 * v,
+}
+
+
 def law_signals(
-    body: RigidBody, model: MountingModel, size: BushingSize, run: BushingMotion, law: str
+    model: MountingModel, size: BushingSize, run: BushingMotion, law: str
 ) -> FloatArray:
     """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n)."""
-    channels = range(len(model.channels))
-    if law == "sensor_gain":
-        return np.array([channel_column(run, k, run.signals[k]) for k in channels])
-    if law == "sensor_zero":
-        return np.array([channel_column(run, k, 1.0) for k in channels])
-    if law == "sensor_delay":
-        delays = np.concatenate([DELAYS, -DELAYS])
-        return delay_columns(body, run, "all", delays)[:, None]
-    if law == "parasitic_torque":
-        return load_columns(body, run, "torque_from_load")[None, 1:]
-    if law == "ntl_direction":
-        return load_columns(body, run, "direction")[None, :1]
-    if law == "axial_bushing_stiffness":
-        return axial_column(body, run)[None]
-    if law == "main_bearing_compliance":
-        return bearing_column(body, run)[None]
-    if law == "unequal_bushings":
-        return unequal_column(body, run)[None]
+    if law in _SIGNALS:
+        return _SIGNALS[law](run)
     forces = law_forces(model, size, run, law)
-    n_shapes, n_columns = forces.shape[:2]
-    p = body.on_coordinates(forces.reshape(-1, *forces.shape[2:]))
-    return signals_of(body, run, p).reshape(n_shapes, n_columns, *run.signals.shape)
+    signals = run.signals_of_bushings(forces.reshape(-1, *forces.shape[2:]))
+    return signals.reshape(*forces.shape[:2], *run.signals.shape)
 
 
 def law_forces(model: MountingModel, size: BushingSize, run: BushingMotion, law: str) -> FloatArray:
     """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n)."""
-    u, v = run.u, run.v
-    simple: Mapping[str, FloatArray] = {
-        "cubic_stiffness": u**3,
-        "quintic_stiffness": u**5,
-        "deflection_dependent_damping": u**2 * v,
-    }
-    if law in simple:
-        return simple[law][None, None]
+    if law in _FORCES:
+        return _FORCES[law](run.u, run.v)[None, None]
     if law == "fluid_branch":
         return _branches(run, _LAW_TAUS * run.step)[:, None]
     if law == "elasto_plastic_friction":
         return _stop_forces(run, _LAW_YIELDS * size.deflection)[:, None]
     if law in model.measured:
         laws = packed_laws([(model.measured[law], 1.0)])
-        return bushing_forces(laws, u, v, run.step)[None, None]
-    return _user_forces(model, model.laws[law], run, law)
+        return bushing_forces(laws, run.u, run.v, run.step)[None, None]
+    return _user_forces(model, run, law)
 
 
-def _user_forces(model: MountingModel, law: Force, run: BushingMotion, name: str) -> FloatArray:
+def _user_forces(model: MountingModel, run: BushingMotion, law: str) -> FloatArray:
     """Forces of a user's law at multiples of the scales of its shapes, amplitude by amplitude."""
-    parameters = [p for p in model.parameters((name,)) if p.effect == name]
-    amplitudes = [k for k, p in enumerate(parameters) if not p.shape]
-    shares = _USER_SHARES if len(amplitudes) < len(parameters) else (1.0,)
+    parameters = [p for p in model.parameters((law,)) if p.effect == law]
+    is_shape = np.array([p.shape for p in parameters])
+    scales = np.array([p.scale for p in parameters])
+    motion = list(zip(run.u.ravel().tolist(), run.v.ravel().tolist(), strict=True))
     forces = []
-    for share in shares:
-        rows = []
-        for amplitude in amplitudes:
-            values = np.array(
-                [
-                    float(np.clip(share * p.scale, p.lower, p.upper)) if p.shape else 0.0
-                    for p in parameters
-                ]
-            )
-            values[amplitude] = 1.0
-            rows.append(_along_samples(law, run.u, run.v, values))
-        forces.append(rows)
-    return np.array(forces)
-
-
-def _along_samples(law: Force, u: FloatArray, v: FloatArray, values: FloatArray) -> FloatArray:
-    pairs = zip(u.ravel().tolist(), v.ravel().tolist(), strict=True)
-    forces = [law(deflection, speed, values) for deflection, speed in pairs]
-    return np.array(forces).reshape(u.shape)
+    for share in USER_SHARES if is_shape.any() else (1.0,):
+        shapes = np.where(is_shape, np.clip(share * scales, *bounds_of(parameters)), 0.0)
+        for amplitude in np.flatnonzero(~is_shape):
+            values = shapes + (np.arange(shapes.size) == amplitude)
+            forces.append([model.laws[law](u, v, values) for u, v in motion])
+    return np.reshape(forces, (-1, np.count_nonzero(~is_shape), *run.u.shape))

@@ -9,26 +9,26 @@ import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import Panel, Picture, loop_panel
+from carrierflex.diagnosis.comparison.overlay import Picture, drawn_runs, loop_panel
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
+    CLEAR,
     MOTION,
     MOTION_BANDS,
     NO_PERIODIC_LOADS,
     Finding,
     FollowedLoad,
     GapFindings,
-    GapMoment,
     PartGrowth,
     Scalar,
     exponents,
 )
 from carrierflex.diagnosis.gap.gap_map import (
-    N_DRAWS,
     CellTable,
     block_counts,
     block_powers,
+    drawn_counts,
     gap_cells,
     largest_cells,
     significant,
@@ -43,11 +43,9 @@ from carrierflex.diagnosis.gap.in_time import (
 from carrierflex.diagnosis.kind.problem_in_time import edges_of_bands_hz
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.mounting.rig import SENSORS
 
 _BANDS = 6
-_SEED = 1
 _ROOT = float(np.sqrt(0.5))
 #: Orthonormal patterns of the six sensors (so that mean squares add up), in the order of
 #: ``SENSORS``.
@@ -63,8 +61,6 @@ _TORQUE = "torque"
 _RADIAL_LOAD = "radial load"
 _DEFLECTION = "deflection"
 _SPEED = "speed"
-#: A pattern's gap in a block shows its growth where it is this many times the noise.
-_CLEAR = 2.0
 #: Runs of one condition are repeats where their loads differ by no more than this share of their
 #: size.
 _SAME_LOADS = 0.02
@@ -72,9 +68,6 @@ _SAME_LOADS = 0.02
 _FOLLOWS = 0.8
 #: Loads that a gap may follow, by the names of the inputs.
 _LOADS = ("torque", "ntl_z", "ntl_y")
-#: Runs drawn at most, and points of a cloud.
-_MOST_RUNS = 3
-_MOST_POINTS = 1500
 
 
 def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
@@ -86,17 +79,15 @@ def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
 class MountingGap:
     """Gap of a model of a mounting: its map, findings and scalars."""
 
+    model: MountingModel  # Parameters and simulator
     records: Sequence[MountingRecord]  # Runs
     #: Gap of every run, zero where nothing was measured, shape (n, n_channels)
     residuals: Sequence[FloatArray]
-    #: sensors, channels: sensor and name of every channel
-    sensors: Sequence[str]
-    channels: Sequence[str]
 
     @cached_property
     def patterns(self) -> tuple[tuple[str, ...], FloatArray]:
         """Names of the motions, and their matrix over the channels."""
-        return _pattern_matrix(self.sensors, self.channels)
+        return _pattern_matrix(self.model.sensors, self.model.channels)
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -114,7 +105,7 @@ class MountingGap:
             noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
             # The zero's error is constant over a run: it lies in the lowest band.
             noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
-            weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
+            weights = drawn_counts(record.n_blocks)
             powers.append(by_block.sum(axis=0))
             expected.append(noise)
             counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))
@@ -136,15 +127,7 @@ class MountingGap:
         return gap_cells([table])
 
     def findings(self) -> GapFindings:
-        """Where the gap lies, in time, what differs between repeats, growth with loads and motion.
-
-        Trends in time are not among them: loads that change in time make them too.
-        """
-        moments: list[GapMoment] = []
-        for record, residual in zip(self.records, self.residuals, strict=True):
-            moments += block_rms(
-                record.name, record.time, record.block, residual, record.is_measured
-            )
+        """Findings but for trends in time, which loads that change in time make too."""
         pairs = combinations(range(len(self.records)), 2)
         rows = significant_non_synchronous(
             [
@@ -156,7 +139,7 @@ class MountingGap:
         return GapFindings(
             where=self._where(),
             numbered_by=MOTION_BANDS,
-            in_time=tuple(moments),
+            in_time=block_rms(self.records, self.residuals),
             non_synchronous=rows,
             repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "repeat"),
             growth=self._growth(),
@@ -248,22 +231,26 @@ class MountingGap:
     def _growth(self) -> tuple[PartGrowth, ...]:
         """Exponents of every motion's gap over the blocks, largest gap first."""
         names, matrix = self.patterns
-        blocks = [
-            _block_sizes(record, residual, matrix)
-            for record, residual in zip(self.records, self.residuals, strict=True)
-        ]
-        gap, deflection, speed, noise = (
-            np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
-        )
-        loads = np.concatenate([_block_loads(record) for record in self.records])
+        blocks = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
+            speed_of_run = np.gradient(motion, record.step, axis=0)
+            noise_of_run = np.sqrt(matrix**2 @ record.noise)
+            sizes = [
+                _block_rms(record, signals)
+                for signals in (residual @ matrix.T, motion, speed_of_run, record.inputs.loads)
+            ]
+            blocks.append([*sizes, np.broadcast_to(noise_of_run, sizes[0].shape)])
+        gap, deflection, speed, loads, noise = map(np.concatenate, zip(*blocks, strict=True))
+        radial_load = np.hypot(loads[:, 1], loads[:, 2])
         growths = []
         for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
-            is_clear = gap[:, k] > _CLEAR * noise[:, k]
+            is_clear = gap[:, k] > CLEAR * noise[:, k]
             if not is_clear.any():
                 continue
             error = noise[is_clear, k]
             size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
-            of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
+            of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: radial_load[is_clear]}
             of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
             both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
             growths.append(PartGrowth(names[k], float("nan"), "housing", both))
@@ -295,18 +282,41 @@ def mounting_pictures(
             ]
         )
     k = int(np.argmax(np.sum([np.square(gap).sum(axis=0) for _, gap, _ in rows], axis=0)))
-    largest: dict[str, tuple[float, Panel]] = {}
-    for record, (motion, gap, law) in zip(records, rows, strict=True):
-        size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
-        if size > largest.get(record.condition, (0.0,))[0]:
-            largest[record.condition] = (
-                size,
-                _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None),
-            )
-    panels = [
-        panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    moving = [
+        (record, motion[:, k], gap[:, k], law[:, k])
+        for record, (motion, gap, law) in zip(records, rows, strict=True)
+        if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0
     ]
-    return (_picture(names[k], effects, tuple(panels)),) if panels else ()
+    sizes = [float(gap.std()) for _, _, gap, _ in moving]
+    panels = []
+    for number in drawn_runs(sizes, [record.condition for record, *_ in moving]):
+        record, motion, gap, law = moving[number]
+        speed = np.gradient(motion, record.step)
+        panels.append(loop_panel(record.name, motion, gap, speed, law=law if effects else None))
+    if not panels:
+        return ()
+    law_text = (
+        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
+        if effects
+        else "No effect was accepted. "
+    )
+    name = f"{names[k]} motion" if names[k] in _PATTERNS else f"motion at {names[k]}"
+    picture = Picture(
+        title=f"Unexplained {name}",
+        caption=(
+            "Coloured points: measured less predicted by the baseline, along the measured "
+            f"{name}. {law_text}A spring bends one line; friction, fluid and delay open a loop; "
+            "another load than the one that moves it makes a cloud."
+        ),
+        x_name=name,
+        x_unit="m",
+        y_name="unexplained",
+        y_unit="m",
+        panels=tuple(panels),
+        shade_name="speed",
+        shade_unit="m/s",
+    )
+    return (picture,)
 
 
 def _pattern_matrix(
@@ -336,15 +346,13 @@ def _followed_load(
         loads = [getattr(record.inputs, name) for record in records]
         rates = [np.gradient(load) for load in loads]
         for values, is_rate in ((loads, False), (rates, True)):
-            strength = _correlation(np.concatenate(values), gap)
+            load = np.concatenate(values)
+            size = float(load.std() * gap.std())
+            common = float(abs(np.mean((load - load.mean()) * (gap - gap.mean()))))
+            strength = common / size if size > 0.0 else 0.0
             candidates.append(FollowedLoad(name, is_rate, strength))
     best = max(candidates, key=lambda followed: followed.correlation)
     return best if best.correlation > _FOLLOWS else None
-
-
-def _correlation(a: FloatArray, b: FloatArray) -> float:
-    size = float(a.std() * b.std())
-    return float(abs(np.mean((a - a.mean()) * (b - b.mean())))) / size if size > 0.0 else 0.0
 
 
 def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
@@ -356,23 +364,6 @@ def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
     return bool((difference <= _SAME_LOADS**2 * size).all())
 
 
-def _block_sizes(
-    record: MountingRecord, residual: FloatArray, matrix: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """RMS of gap, deflection, speed and noise by block and motion, each (n_blocks, n_patterns)."""
-    motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
-    speed = np.gradient(motion, record.step, axis=0)
-    noise = np.broadcast_to(np.sqrt(matrix**2 @ record.noise), (record.n_blocks, len(matrix)))
-    gap = residual @ matrix.T
-    return _block_rms(record, gap), _block_rms(record, motion), _block_rms(record, speed), noise
-
-
-def _block_loads(record: MountingRecord) -> FloatArray:
-    """RMS of torque [N m] and of the radial load [N] by block, shape (n_blocks, 2)."""
-    torque, y, z = _block_rms(record, record.inputs.loads).T
-    return np.column_stack([torque, np.hypot(y, z)])
-
-
 def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
     """RMS of signals, shape (n, n_columns), by block, shape (n_blocks, n_columns)."""
     return np.array(
@@ -380,36 +371,4 @@ def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
             np.sqrt(np.mean(signals[record.block == block] ** 2, axis=0))
             for block in range(record.n_blocks)
         ]
-    )
-
-
-def _panel(
-    record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
-) -> Panel:
-    drawn = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
-    speed = np.gradient(motion, record.step)
-    return loop_panel(record.name, motion, gap, speed, law=law, drawn=drawn)
-
-
-def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:
-    law = (
-        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
-        if effects
-        else "No effect was accepted. "
-    )
-    motion = f"{name} motion" if name in _PATTERNS else f"motion at {name}"
-    return Picture(
-        title=f"Unexplained {motion}",
-        caption=(
-            "Coloured points: measured less predicted by the baseline, along the measured "
-            f"{motion}. {law}A spring bends one line; friction, fluid and delay open a loop; "
-            "another load than the one that moves it makes a cloud."
-        ),
-        x_name=motion,
-        x_unit="m",
-        y_name="unexplained",
-        y_unit="m",
-        panels=panels,
-        shade_name="speed",
-        shade_unit="m/s",
     )

@@ -27,7 +27,8 @@ from carrierflex.simulation.sensing import delayed, reading
 _RATE_WINDOW = 0.5
 #: Stiffness of the baseline over the rig's nominal one.
 _STIFFNESS_RANGE = (0.02, 30.0)
-_SEED = 3
+#: Shapes of a user's law that are tried, over the scale of the card.
+USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 #: Channel of each effect of one sensor.
 Choice = Mapping[str, int]
 KIND = "mounting"
@@ -60,10 +61,9 @@ class MountingScale:
 class MountingModel(ModelInTime):
     """Linear bushings and every effect of the contract."""
 
+    effects = MOUNTING_EFFECTS
     rig: MountingRig  # Nominal rig
-    #: channels, sensors: names of the channels and the sensors they are
-    channels: tuple[str, ...]
-    sensors: tuple[str, ...]
+    sensors: tuple[str, ...]  # Sensors of the channels
     scale: MountingScale  # Sizes of everything
     measured: Mapping[str, Law] = field(default_factory=dict)  # Laws of files by effect
 
@@ -84,11 +84,6 @@ class MountingModel(ModelInTime):
         ]
         return [self.known.prior(parameter, parameter.name) for parameter in unknowns]
 
-    def measurement(self, effect: str) -> Measurement | None:
-        """Part of the measurement model that an effect is."""
-        known = MOUNTING_EFFECTS.get(effect)
-        return known.measurement if known else None
-
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""
         lower, upper = parameter.lower * size, parameter.upper * size
@@ -108,23 +103,10 @@ class MountingModel(ModelInTime):
         *,
         refined: int = 1,
     ) -> FloatArray:
-        """Signals that a parameter set predicts for a record, shape (n, n_channels).
+        """Signals [m] that a parameter set predicts under a record's loads, (n, n_channels).
 
-        Parameters
-        ----------
-        record : MountingRecord
-            Record whose loads are applied.
-        effects, theta
-            Effects beside the baseline and all unknowns.
-        choice : mapping of str to int
-            Channel of each effect of one sensor.
-        refined : int
-            Factor on the samples of the loads.
-
-        Returns
-        -------
-        ndarray
-            Displacements [m]; infinite where the motion leaves the model.
+        Infinite where the motion leaves the model. `theta` are all unknowns, `effects` those beside
+        the baseline; `refined` is a factor on the samples of the loads.
         """
         values = parameter_array(self.rig)
         values[[INDEX["K1"], INDEX["C1"]]] = 0.0
@@ -150,30 +132,18 @@ class MountingModel(ModelInTime):
                 values[_simulated_indices(effect, parameter.name)] += value
         users = tuple(ForceLaw(self.laws[effect], np.array(of_laws[effect])) for effect in of_laws)
         tables = packed_laws(of_files) if of_files else None
-        motion = self._signals(record, values, (sum_of_laws(users), tables), refined)
-        if motion is None:
+        inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
+        rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
+        try:
+            simulated = simulate(rig, values, inputs, user_law=sum_of_laws(users), tables=tables)
+            motion = simulated.signals[::refined]
+        except ArithmeticError:
+            return np.full(record.measured.shape, np.inf)
+        if not np.isfinite(motion).all():
             return np.full(record.measured.shape, np.inf)
         signals = delayed(record.inputs.time, motion, delay)
         numbers = [SENSORS.index(sensor) for sensor in self.sensors]
         return reading(signals[:, numbers], gains, zeros)
-
-    def _signals(
-        self,
-        record: MountingRecord,
-        values: FloatArray,
-        added: tuple[ForceLaw | None, FloatArray | None],
-        refined: int,
-    ) -> FloatArray | None:
-        """All six sensors relative to their zero; None where the motion leaves the model."""
-        user_law, tables = added
-        inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
-        rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
-        try:
-            simulated = simulate(rig, values, inputs, user_law=user_law, tables=tables)
-            signals = simulated.signals[::refined]
-        except ArithmeticError:
-            return None
-        return signals if np.isfinite(signals).all() else None
 
 
 def _simulated_indices(effect: str, parameter: str) -> list[int]:

@@ -16,10 +16,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign.signals import with_gain
 from carrierflex.simulation.mounting.equations import mounting_blocks
@@ -70,42 +72,8 @@ class RigidBody:
         """Whether the channels show every free coordinate."""
         return bool(np.linalg.matrix_rank(self.free_output) == N_FREE)
 
-    def on_coordinates(self, forces: FloatArray) -> FloatArray:
-        """Generalised forces on the free coordinates of forces in the bushings.
-
-        Parameters
-        ----------
-        forces : ndarray, shape (m, 2, 2, n)
-            Internal forces of starboard and port bushing in y and in z, positive against a positive
-            deflection.
-
-        Returns
-        -------
-        ndarray, shape (m, 3, n)
-            What acts on the housing.
-        """
-        rows = self.rows[:, :, :N_FREE].reshape(4, N_FREE)
-        return np.asarray(-rows.T @ forces.reshape(len(forces), 4, -1))
-
-    def of_side(self, forces: FloatArray, side: int) -> FloatArray:
-        """Generalised forces on the free coordinates of forces in one bushing, shape (m, 3, n)."""
-        return np.asarray(-self.rows[side, :, :N_FREE].T @ forces)
-
     def response(self, p: FloatArray, step: float) -> FloatArray:
-        """Free coordinates that generalised forces make, from rest under their first values.
-
-        Parameters
-        ----------
-        p : ndarray, shape (..., 3, n)
-            Generalised forces, straight between samples.
-        step : float
-            Sampling interval [s].
-
-        Returns
-        -------
-        ndarray, shape (..., 3, n)
-            Motion [rad].
-        """
+        """Free coordinates [rad] that generalised forces make from rest, both (..., 3, n)."""
         motion = np.empty(p.shape)
         for i in range(N_FREE):
             force = p[..., i, :]
@@ -159,7 +127,7 @@ class BushingMotion:
     """One run in the space of generalised forces."""
 
     record: MountingRecord  # The run
-    step: float  # Sampling interval [s]
+    body: RigidBody  # Housing on the linear bushings
     loads: FloatArray  # Torque, ntl_y, ntl_z, evenly sampled, shape (n, 3)
     gap: FloatArray  # Measured less baseline; NaN where nothing was measured, shape (n_channels, n)
     #: predicted, signals: signals of the linear bushings, and the nearest ones to what was
@@ -172,22 +140,57 @@ class BushingMotion:
     #: u, v: deflection and speed of starboard and port bushing in y and in z, shape (2, 2, n)
     u: FloatArray
     v: FloatArray
-    zeroing: int  # Samples of the zero
+
+    @property
+    def step(self) -> float:
+        """Sampling interval [s]."""
+        return self.record.step
 
     @property
     def time(self) -> FloatArray:
         """Time from the first sample [s]."""
         return self.step * np.arange(self.loads.shape[0], dtype=np.float64)
 
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """Block of every sample of the even grid, shape (n,)."""
+        inputs, block = self.record.inputs, self.record.block
+        if inputs.uniform:
+            return block
+        samples = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
+        return np.asarray(block[samples])
+
     def zeroed(self, values: FloatArray) -> FloatArray:
         """Values less their mean over the samples of the zero, over the last axis."""
-        return values - values[..., : self.zeroing].mean(axis=-1, keepdims=True)
+        first = values[..., : self.record.zeroing_samples]
+        return values - first.mean(axis=-1, keepdims=True)
+
+    def signals_of(self, p: FloatArray) -> FloatArray:
+        """Signals that generalised forces on the free coordinates make, (m, n_channels, n)."""
+        return np.asarray(self.body.free_output @ self.zeroed(self.body.response(p, self.step)))
+
+    def signals_of_bushings(self, forces: FloatArray) -> FloatArray:
+        """Signals that forces in the bushings make, positive against a positive deflection.
+
+        `forces`, shape (m, 2, 2, n), are those of starboard and port bushing in y and in z.
+        """
+        rows = self.body.rows[:, :, :N_FREE].reshape(4, N_FREE)
+        return self.signals_of(-rows.T @ forces.reshape(len(forces), 4, -1))
+
+    def signals_of_side(self, forces: FloatArray, side: int) -> FloatArray:
+        """Signals that forces in one bushing make, shape (m, 2, n)."""
+        return self.signals_of(-self.body.rows[side, :, :N_FREE].T @ forces)
 
 
 def bushing_motions(
-    body: RigidBody, records: Sequence[MountingRecord], predicted: Sequence[FloatArray]
+    model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
 ) -> tuple[BushingMotion, ...]:
-    """Every run with the motion of its bushings."""
+    """Runs with the motion of their bushings, of K1 and C1; none where no channel shows it."""
+    body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
+    if not body.shows_motion:
+        return ()
+    bare = replace(model, contained=())
+    predicted = [bare.predicted(record, (), linear, {}) for record in records]
     gaps = [
         _on_grid(record, record.measured - of_channel)
         for record, of_channel in zip(records, predicted, strict=True)
@@ -204,26 +207,16 @@ def bushing_motions(
             noise = float(np.mean([other.noise[channel] for other in records]))
             near[channel] = _nearest(of_channel, number, noise)
         base = _on_grid(record, predicted[number])
-        motions.append(_motion(body, record, gaps[number], base, near))
+        signals = base + near
+        loads = record.inputs.loads
+        rest = body.G[:N_FREE] @ loads[: record.zeroing_samples].mean(axis=0)
+        q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
+        rate = np.gradient(q, record.step, axis=1)
+        u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], way) for way in (q, rate))
+        motions.append(
+            BushingMotion(record, body, loads, gaps[number], base, signals, q, rate, u, v)
+        )
     return tuple(motions)
-
-
-def _motion(
-    body: RigidBody,
-    record: MountingRecord,
-    gap: FloatArray,
-    predicted: FloatArray,
-    near: FloatArray,
-) -> BushingMotion:
-    signals = predicted + near
-    step = record.inputs.step
-    loads = record.inputs.loads
-    zeroing = record.zeroing_samples
-    rest = body.G[:N_FREE] @ loads[:zeroing].mean(axis=0)
-    q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
-    rate = np.gradient(q, step, axis=1)
-    u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], values) for values in (q, rate))
-    return BushingMotion(record, step, loads, gap, predicted, signals, q, rate, u, v, zeroing)
 
 
 def _on_grid(record: MountingRecord, values: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from carrierflex.diagnosis.mounting.problem import (
     trial_loads,
 )
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.mounting.signatures import Column, signature_columns, signature_rows
+from carrierflex.diagnosis.mounting.signatures import signature_columns, signature_rows
 
 #: Shares of the limits at which loads could be added, and of the length of every run.
 _SHARES = (0.25, 0.5, 1.0)
@@ -76,14 +76,9 @@ def mounting_planned_table(
     every = signature_columns(problem.model)
     contained = [column for column in every if column.effect in problem.model.contained]
     columns = [column for column in every if column.effect in problem.cards]
-    amplitudes = {
-        (effect, parameter.name): parameter
-        for effect in problem.model.cards
-        for parameter in bare.model.parameters((effect,))[2:]
-    }
     size = np.array(
         [1.0, *(column.scale for column in bare.parameters(()))]
-        + [amplitudes[_key(column)].scale for column in (*contained, *columns)]
+        + [column.amplitude.scale for column in (*contained, *columns)]
     )
     grams = []
     runs = []
@@ -103,14 +98,17 @@ def mounting_planned_table(
             channels.append(c)
             counts.append(np.isfinite(record.measured[:, c]).sum())
     n_base = 2 + len(contained)
+    variants: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, column in enumerate(columns, 1 + n_base):
+        variants.setdefault((column.effect, column.variant), []).append(k)
     return PlannedTable(
         np.array(grams),
         n_base,
         np.zeros(n_base),
-        _by_variant(columns, n_base),
+        tuple(Signature(*key, tuple(numbers)) for key, numbers in variants.items()),
         {
             column.effect: ScaledParameter(
-                column.amplitude, amplitudes[_key(column)].unit, amplitudes[_key(column)].scale
+                column.amplitude.name, column.amplitude.unit, column.amplitude.scale
             )
             for column in reversed(columns)
         },
@@ -121,15 +119,3 @@ def mounting_planned_table(
         problem.model.channels,
         float(np.sqrt(np.mean(pool.records[0].noise))),
     )
-
-
-def _key(column: Column) -> tuple[str, str]:
-    return column.effect, column.amplitude
-
-
-def _by_variant(columns: list[Column], n_base: int) -> tuple[Signature, ...]:
-    """Columns by effect and variant."""
-    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-    for k, column in enumerate(columns):
-        groups.setdefault((column.effect, column.variant), []).append(1 + n_base + k)
-    return tuple(Signature(*key, tuple(numbers)) for key, numbers in groups.items())

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from carrierflex.diagnosis.comparison.problem import (
     bounds_of,
 )
 from carrierflex.diagnosis.inference.effect_fit import Prior, SegmentCost, mean_square_of
-from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.answer import answer_of_table
 from carrierflex.diagnosis.mounting.gap import MountingGap, map_edges_hz, mounting_pictures
@@ -42,7 +42,6 @@ from carrierflex.diagnosis.mounting.signatures import (
     Solution,
     mounting_signatures,
     solutions,
-    values_array,
 )
 from carrierflex.diagnosis.mounting.table import mounting_table
 from carrierflex.diagnosis.mounting.wiring import mounting_rivals
@@ -65,8 +64,6 @@ _TORQUE, _LOAD = 4.0e5, 2.0e5
 #: Share by which a load is larger where its answer is asked.
 _LARGER = 0.01
 _BLOCKS = 4
-#: Problem whose only record has the signals of a model; None where the model leaves its range.
-UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,20 +78,10 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         """Unit of the sensors."""
         return "m"
 
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the channels."""
-        return self.model.channels
-
     @cached_property
     def edges_hz(self) -> FloatArray:
         """Ends of the bands of the score [Hz]."""
         return map_edges_hz(self.records)[[0, 1, 4, -1]]
-
-    @property
-    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Variance of the noise of the channels, and of their zeros."""
-        return [(record.noise, record.zero_noise) for record in self.records]
 
     def simulator(
         self, effects: Effects
@@ -118,30 +105,40 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         starts += [{**values, **known} for values in fitted]
         starts += [{**known, **values} for values in fitted]
         starts += [{**fitted[0], **values, **known} for values, _ in self._contained_solutions]
+        # What is not known leaves the baseline as it is.
+        off = {(p.effect, p.name): p.scale if p.shape else 0.0 for p in parameters}
         bounds = bounds_of(parameters)
-        return [np.clip(values_array(parameters, values), *bounds) for values in starts]
+        return [
+            np.clip([values.get(key, value) for key, value in off.items()], *bounds)
+            for values in starts
+        ]
 
     def gap(self, effects: Effects, theta: FloatArray) -> MountingGap:
         """Gap by motion, band and run."""
-        residuals = self.residuals(effects, theta)
-        return MountingGap(self.records, residuals, self.model.sensors, self.model.channels)
+        return MountingGap(self.model, self.records, self.residuals(effects, theta))
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
         return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
-        """Loads that were not applied."""
-        return mounting_experiments(self.records[0], self._under)
+        """Loads of the dynamometer that were not applied, with measured channels and noise."""
 
-    def _under(
-        self, record: MountingRecord, effects: Effects, theta: FloatArray
-    ) -> "MountingProblem | None":
-        """ComparisonProblem whose only record has the signals of a model."""
-        predicted = self.model.predicted(record, effects, theta, self.choice(effects))
-        if not np.isfinite(predicted).all():
-            return None
-        return replace(self, records=(replace(record, measured=predicted),))
+        def under(
+            blank: MountingRecord, effects: Effects, theta: FloatArray
+        ) -> MountingProblem | None:
+            """Problem whose only record has the signals of a model."""
+            predicted = self.model.predicted(blank, effects, theta, self.choice(effects))
+            if not np.isfinite(predicted).all():
+                return None
+            return replace(self, records=(replace(blank, measured=predicted),))
+
+        time, loads = trial_loads(_TORQUE, _LOAD, _SHARES)
+        blanks = {
+            text: blank_record(self.records[0], "trial", time, columns)
+            for text, columns in loads.items()
+        }
+        return [CandidateExperiment(text, partial(under, blank)) for text, blank in blanks.items()]
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What every declared error, and the zero of every run and channel, does to the gradient.
@@ -241,37 +238,25 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             self.predictions,
             refitted,
             self.linear_records,
-            with_laws=lambda laws, values, shapes: self.wiring_beside(
-                laws, shapes, lambda other: refitted(other, laws, shapes)
-            ),
+            with_laws=partial(self.wiring_beside, refitted),
         )
 
     def choice(self, effects: Effects) -> Choice:
-        """Channel of each effect of one sensor, by least squares over the signatures.
-
-        The contained ones' by themselves.
-        """
+        """Channel of each effect of one sensor by least squares; contained ones by themselves."""
         wanted = {name for name in (*self.model.contained, *effects) if name in ONE_CHANNEL}
         if not wanted:
             return {}
         return {
             **{name: 0 for name in wanted},
-            **self._contained_choice,
+            **(self._contained_solutions[0][1] if self._contained_solutions else {}),
             **self._solutions(effects)[0][1],
         }
 
     @cached_property
     def _contained_solutions(self) -> list[Solution]:
         """Linear solutions of the contained effects by themselves, best first."""
-        if not self.model.contained:
-            return []
-        return replace(self, model=replace(self.model, contained=()))._solutions(
-            self.model.contained
-        )
-
-    @cached_property
-    def _contained_choice(self) -> Choice:
-        return self._contained_solutions[0][1] if self._contained_solutions else {}
+        contained = self.model.contained
+        return self._bare[0]._solutions(contained) if contained else []
 
     @cached_property
     def _bare(self) -> "tuple[MountingProblem, FloatArray]":
@@ -286,7 +271,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return {(p.effect, p.name): float(v) for p, v in zip(parameters, theta, strict=True)}
 
     @cached_property
-    def _columns(self) -> tuple[Signatures, tuple[Column, ...]]:
+    def _signatures(self) -> Signatures[Column]:
         bare, theta = self._bare
         return mounting_signatures(self.model, self.records, bare.residuals((), theta), self._known)
 
@@ -305,7 +290,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
 
     def _solutions(self, effects: Effects) -> list[Solution]:
         if effects not in self._known_solutions:
-            self._known_solutions[effects] = solutions(*self._columns, effects, self._known)
+            self._known_solutions[effects] = solutions(self._signatures, effects, self._known)
         return self._known_solutions[effects]
 
 
@@ -418,20 +403,3 @@ def blank_record(
         measured=np.zeros((time.size, record.measured.shape[1])),
         block=np.arange(time.size) * _BLOCKS // time.size,
     )
-
-
-def mounting_experiments(
-    record: MountingRecord, under: UnderLoads
-) -> tuple[CandidateExperiment, ...]:
-    """Feasible loads of the dynamometer, with the channels and the noise of a measured record."""
-    time, loads = trial_loads(_TORQUE, _LOAD, _SHARES)
-    return tuple(
-        CandidateExperiment(text, _builder(blank_record(record, "trial", time, columns), under))
-        for text, columns in loads.items()
-    )
-
-
-def _builder(
-    blank: MountingRecord, under: UnderLoads
-) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
-    return lambda effects, theta: under(blank, effects, theta)

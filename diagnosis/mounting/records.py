@@ -9,7 +9,7 @@ motion vanishes. Where neighbouring samples are alike the differences hold less 
 the same differences of every second sample hold more of it, which gives the memory of the noise.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import comb
 
@@ -34,8 +34,9 @@ _FEWEST_IN_BLOCK = 40
 #: it.
 _ZEROED = 1e-3
 _LOADS = ("torque", "ntl_y", "ntl_z")
-#: Order of the differences, and their mean square over the variance of white noise (10 choose 5).
-_ORDER, _GAIN = 5, 252.0
+#: Order of the differences, and their mean square over the variance of white noise.
+_ORDER = 5
+_GAIN = float(comb(2 * _ORDER, _ORDER))
 #: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
 _MEDIAN_CHI2 = 0.4549
 #: Longest memory from sample to sample that is told from motion.
@@ -107,10 +108,19 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
         raise ValueError(
             "torque, ntl_y and ntl_z are constant in every run; expected loads that change"
         )
-    noise = _noise(campaign)
+    declared = {
+        channel.name: _Noise(channel.noise_std**2, 0.0)
+        for channel in campaign.channels
+        if channel.noise_std is not None
+    }
+    silent = [channel.name for channel in campaign.channels if channel.noise_std is None]
+    signals = {
+        (run.name, name): run.within_use().signals[name] for run in campaign.runs for name in silent
+    }
+    estimated = dict(zip(signals, _difference_noise(tuple(signals.values())), strict=True))
     return tuple(
-        _record(run, campaign, of_channels)
-        for run, of_channels in zip(campaign.runs, noise, strict=True)
+        _record(run, campaign, declared | {name: estimated[run.name, name] for name in silent})
+        for run in campaign.runs
     )
 
 
@@ -137,27 +147,7 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(present.size == 0 or np.ptp(present) == 0.0)
 
 
-def _noise(campaign: Campaign) -> list[list[_Noise]]:
-    """Noise of every channel by run: as declared, or from the records."""
-    signals = {
-        (run.name, channel.name): run.within_use().signals[channel.name]
-        for run in campaign.runs
-        for channel in campaign.channels
-        if channel.noise_std is None
-    }
-    estimated = dict(zip(signals, _difference_noise(tuple(signals.values())), strict=True))
-    return [
-        [
-            estimated[run.name, channel.name]
-            if channel.noise_std is None
-            else _Noise(channel.noise_std**2, 0.0)
-            for channel in campaign.channels
-        ]
-        for run in campaign.runs
-    ]
-
-
-def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRecord:
+def _record(run: Run, campaign: Campaign, noise: Mapping[str, _Noise]) -> MountingRecord:
     inputs = MountingInputs.from_columns(run.time, run.inputs)
     names = [channel.name for channel in campaign.channels]
     signals = np.column_stack([run.within_use().signals[name] for name in names])
@@ -167,6 +157,9 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRe
     q = _thinning(inputs)
     columns = {name: _means(values, q) for name, values in inputs.columns().items()}
     counts = _means(run.in_use.astype(np.float64), q) == 1.0
+    # Variance that the zero carries into the whole run.
+    zero = np.array([noise[name].of_mean(len(first)) for name in names])
+    is_zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(zero)
     return MountingRecord(
         run.name,
         run.condition,
@@ -174,8 +167,8 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRe
         # A group with a missing sample is missing: the mean of its rest belongs to another instant.
         np.column_stack([_means(column, q) for column in signals.T]),
         _blocks(counts),
-        np.array([of_channel.of_mean(q) for of_channel in noise]),
-        _zero_noise(first, np.array([of_channel.of_mean(len(first)) for of_channel in noise])),
+        np.array([noise[name].of_mean(q) for name in names]),
+        np.where(is_zeroed, zero, 0.0),
         max(1, round(zeroing / q)),
     )
 
@@ -208,12 +201,6 @@ def _thinning(inputs: MountingInputs) -> int:
 
 def _means(values: FloatArray, q: int) -> FloatArray:
     return np.asarray(values[: values.size // q * q].reshape(-1, q).mean(axis=1), dtype=np.float64)
-
-
-def _zero_noise(first: FloatArray, error: FloatArray) -> FloatArray:
-    """Variance that the zero carries into the whole run."""
-    zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(error)
-    return np.where(zeroed, error, 0.0)
 
 
 def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:

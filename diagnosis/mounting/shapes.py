@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
@@ -32,9 +32,10 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.kind.motion_columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
 from carrierflex.diagnosis.mounting.model import KIND, MountingModel
-from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions, rigid_body
+from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.mounting.table import (
     CHANGE,
@@ -112,39 +113,36 @@ def measured_shape(
     """Curve of one class of an answer, and the law without a name that it makes."""
     if shape_of(name) not in FORCE_GROUPS:
         return None, None
-    fit = _fit(shares, classes, scores, name, scored)
-    groups = {group.id: group for group in force_groups(table.size)}
-    curves = {side: _side_curve(table, fit, groups, side) for side in fit.sides}
-    taken = np.mean([_straight(fit.shape, x, draws) for x, draws in curves.values()], axis=0)
-    reduced = {
-        side: (x, _without(fit.shape, x, draws, taken)) for side, (x, draws) in curves.items()
-    }
+    fit, way_words = _fit(table, shares, classes, scores, name, scored)
+    reduced = fit.reduced(fit.acts)
     first, *others = sorted(reduced, key=lambda side: -float(np.ptp(reduced[side][1][0])))
     labels, units = _AXES[fit.shape]
     x, draws = reduced[first]
-    band = band_of(draws[0], draws[1:])
-    words = [_words(fit, x, draws, table.size.rest_speed, units), fit.words]
-    words += [_size_words(first, side, draws[0], reduced[side][1][0]) for side in others]
-    elements, steps = _tables(table, fit, groups)
+    words = [_words(fit, x, draws, units), way_words]
+    size = max(float(np.ptp(draws[0])), 1e-300)
+    beside = []
+    for side in others:
+        x_beside, drawn = reduced[side]
+        share = 100.0 * float(np.ptp(drawn[0])) / size
+        words.append(f"{first} bushing; {side} bushing {share:.0f} % of it")
+        band = band_of(drawn[0], drawn[1:])
+        beside.append(BesideCurve(f"{side} bushing", x_beside, drawn[0], band))
+    terms, steps, visited = fit.terms()
     shape = MeasuredShape(
         x,
         draws[0],
-        band,
+        band_of(draws[0], draws[1:]),
         _law_curve(table, fit.shape, law, x, draws[0]),
         labels,
         units,
         ", ".join(text for text in words if text),
         draws[0],
         steps,
-        tuple(_other_curve(side, *reduced[side]) for side in others),
+        tuple(beside),
     )
-    effect_class = fit.shape.rpartition("/")[2]
-    if fit.shape in (HYSTERESIS, MEMORY):
-        u, _ = table.counted((0, 1))
-        visited = {"deflection": (0.0, float(np.hypot(u[0], u[1]).max()))}
-        elements = _elements(table, fit)
-        return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements, visited)
-    return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements) if elements else None
+    if fit.shape not in _NAMES:
+        return shape, None
+    return shape, Law("", MOUNTING, _NAMES[fit.shape], ("N", "m"), terms, visited)
 
 
 def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
@@ -153,13 +151,7 @@ def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None
 
 
 def law_cards(laws: Sequence[Law]) -> tuple[EffectCard, ...]:
-    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Laws.
-    """
+    """Effect cards of measured laws, whose one parameter is the size, over the measured one."""
     return tuple(
         EffectCard(
             law.name,
@@ -179,12 +171,9 @@ def beyond_visited(
     linear: FloatArray,
 ) -> tuple[CampaignWarning, ...]:
     """Warning where records leave the range in which a law was measured; empty where none does."""
-    body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
-    if not body.shows_motion:
+    motions = bushing_motions(model, records, linear)
+    if not motions:
         return ()
-    bare = replace(model, contained=())
-    predicted = [bare.predicted(record, (), linear, {}) for record in records]
-    motions = bushing_motions(body, records, predicted)
     tables = law.of(Table) or tuple(
         Table(BOTH, np.array(ends), np.zeros(2), RADIAL) for ends in law.visited.values()
     )
@@ -194,7 +183,10 @@ def beyond_visited(
     ]
     shares = np.array(
         [
-            [float(_is_outside(table, values).mean()) for values in of_table]
+            [
+                float(((values < table.x[0]) | (values > table.x[-1])).any(axis=0).mean())
+                for values in of_table
+            ]
             for table, of_table in zip(tables, reached, strict=True)
         ]
     )
@@ -217,23 +209,102 @@ def beyond_visited(
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """Coefficients of the class in the model that is drawn."""
+    """A class in the model that is drawn."""
 
+    table: MountingTable
     shape: str
-    sides: tuple[str, ...]
-    acts: tuple[str, ...]
-    #: Coefficients by side and way, (n_draws, n_columns): of all blocks first, then of every draw.
-    drawn: Mapping[tuple[str, str], FloatArray]
-    words: str
+    #: Coefficients by side, then by way, (n_draws, n_columns): of all blocks first, then of every
+    #: draw
+    drawn: Mapping[str, Mapping[str, FloatArray]]
+
+    @property
+    def acts(self) -> tuple[str, ...]:
+        """Ways in which the force acts."""
+        return tuple(next(iter(self.drawn.values())))
+
+    @cached_property
+    def _groups(self) -> dict[str, ForceGroup]:
+        """Groups of columns by way."""
+        groups = {group.id: group for group in force_groups(self.table.size)}
+        names = zip(_ACTS, FORCE_GROUPS[self.shape], strict=False)
+        return {act: groups[name] for act, name in names}
+
+    def reduced(self, acts: Sequence[str]) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Abscissa and force of each side as some ways add up, shape (n_draws, n).
+
+        Without what linear bushings take up, alike in both; forces zero at zero.
+        """
+        curves = {}
+        for side, coefficients in self.drawn.items():
+            x = self._abscissa(side, acts[0])
+            rows = np.sum([coefficients[act] @ self._along(act, x) for act in acts], axis=0)
+            # A loop is drawn once it has come round.
+            shown = slice(5 * POINTS if self.shape == HYSTERESIS else 0, None)
+            curves[side] = x[shown], rows[:, shown]
+        taken = np.mean([_straight(self.shape, x, draws) for x, draws in curves.values()], axis=0)
+        return {side: (x, _without(self.shape, x, y, taken)) for side, (x, y) in curves.items()}
+
+    def _abscissa(self, side: str, act: str) -> FloatArray:
+        """Values along which the curve is drawn, over what counted samples visit."""
+        size = self.table.size
+        if self.shape == CHANGE:
+            return np.linspace(0.0, size.length, POINTS)
+        if self.shape == MEMORY:
+            return np.geomspace(size.taus[0] / 3.0, 3.0 * size.taus[-1], POINTS)
+        if self.shape == HYSTERESIS:
+            turns = np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
+            return np.asarray(size.deflection * turns)
+        deflection, speed = self.table.counted(_BUSHINGS[side])
+        motion = speed if self.shape == DISSIPATION else deflection
+        ends = np.array([motion.min(), motion.max()])
+        if act == RADIAL:
+            ends = np.array([0.0, np.hypot(motion[0], motion[1]).max()])
+        if self.shape != DISSIPATION:
+            return np.linspace(ends[0], ends[1], POINTS)
+        low, high = curved_speed(ends, size.speed)
+        return straight_speed(np.linspace(low, high, 2 * POINTS), size.speed)
+
+    def _along(self, act: str, x: FloatArray) -> FloatArray:
+        """Columns of a way along a straight motion of the bushings, shape (n_columns, n)."""
+        if self.shape == MEMORY:
+            return np.asarray(np.exp(-x[None] / self.table.size.taus[:, None]))
+        if self.shape == CHANGE:
+            return time_splines(self.table.size.length)(x)
+        return self._groups[act].columns(_motion(self.table, self.shape, x))[:, 0, 1]
+
+    def terms(
+        self,
+    ) -> tuple[tuple[LawTerm, ...], tuple[float, float], dict[str, tuple[float, float]]]:
+        """Terms of the law, its largest steps at rest, which it does not hold, what it visited."""
+        terms: list[LawTerm] = []
+        steps = (0.0, 0.0)
+        size = self.table.size
+        if self.shape in _WITH_STRAIGHT_LINE:
+            for act in self.acts:
+                for side, (x, draws) in self.reduced([act]).items():
+                    y = draws[0]
+                    if self.shape == DISSIPATION:
+                        y, risen = without_steps(x, y, size.rest_speed)
+                        steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
+                    terms.append(Table(side, x, y, act))
+            return tuple(terms), steps, {}
+        for side, coefficients in self.drawn.items():
+            for act, drawn in coefficients.items():
+                weights = drawn[0].tolist()
+                if self.shape == MEMORY:
+                    taus = zip(size.taus.tolist(), weights, strict=True)
+                    terms += [Branch(side, tau, weight) for tau, weight in taus if weight > 0.0]
+                elif self.shape == HYSTERESIS:
+                    yields = size.yields if act == APART else size.radial_yields
+                    slips = zip(yields.tolist(), weights, strict=True)
+                    terms += [
+                        Stop(side, slip, weight, act) for slip, weight in slips if weight > 0.0
+                    ]
+        u, _ = self.table.counted((0, 1))
+        return tuple(terms), steps, {"deflection": (0.0, float(np.hypot(u[0], u[1]).max()))}
 
 
-def _other_curve(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
-    return BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
-
-
-def _words(
-    fit: _Fit, x: FloatArray, draws: FloatArray, rest_speed: float, units: tuple[str, str]
-) -> str:
+def _words(fit: _Fit, x: FloatArray, draws: FloatArray, units: tuple[str, str]) -> str:
     """Curve in words; along the size of a motion it is the same in either sense."""
     kind = fit.shape.rpartition("/")[2]
     if fit.shape in _WITH_STRAIGHT_LINE and fit.acts == (RADIAL,):
@@ -242,31 +313,33 @@ def _words(
         draws = np.concatenate([sign * draws[:, :0:-1], draws], axis=1)
     friction = (0.0, 0.0, 0.0)
     if fit.shape == DISSIPATION:
-        friction = half_step(x, draws, rest_speed)
+        friction = half_step(x, draws, fit.table.size.rest_speed)
     return shape_words(kind, x, draws[0], units, friction)
 
 
 def _fit(
-    shares: Shares, classes: Classes, scores: ClassScores, name: str, scored: HeldOutSquares
-) -> _Fit:
-    """The class in the one of its ways that leaves as much, in both where neither does."""
+    table: MountingTable,
+    shares: Shares,
+    classes: Classes,
+    scores: ClassScores,
+    name: str,
+    scored: HeldOutSquares,
+) -> tuple[_Fit, str]:
+    """The class in the one of its ways that leaves as much, in all where none does; in words."""
     shape, way = shape_of(name), way_of(name)
     groups = FORCE_GROUPS[shape]
     sides = (BOTH,) if way == SAME else (STARBOARD, PORT)
     acts: tuple[str, ...] = _ACTS[: len(groups)]
     words = ""
     if len(groups) > 1:
-        variants = {act: _named(group, sides) for act, group in zip(acts, groups, strict=True)}
-        table = replace(
-            scores.table,
-            classes={
-                **scores.table.classes,
-                **{f"{name}:{act}": members for act, members in variants.items()},
-            },
-        )
-        scores = ClassScores(table, scores.constants)
+        variants = {
+            f"{name}:{act}": tuple(_named(group, side) for side in sides)
+            for act, group in zip(acts, groups, strict=True)
+        }
+        of_variants = replace(scores.table, classes={**scores.table.classes, **variants})
+        scores = ClassScores(of_variants, scores.constants)
         others = tuple(other for other in classes if other != name)
-        results = {act: scores.of((*others, f"{name}:{act}")) for act in variants}
+        results = {act: scores.of((*others, f"{name}:{act}")) for act in acts}
         as_good = [
             act
             for act, result in results.items()
@@ -281,71 +354,21 @@ def _fit(
                 words += f" ({as_well} leaves as much)"
         else:
             words = "; ".join(_IN_WORDS[act] for act in acts)
-    named = {
-        (side, act): _named(groups[_ACTS.index(act)], (side,))[0] for side in sides for act in acts
-    }
-    columns = [scores.table.groups[group].columns for group in named.values()]
+    columns = [
+        scores.table.groups[_named(groups[_ACTS.index(act)], side)].columns
+        for side in sides
+        for act in acts
+    ]
     drawn = drawn_coefficients(scores, scored, np.concatenate(columns))
     ends = np.cumsum([members.size for members in columns])[:-1]
-    coefficients = dict(zip(named, np.split(drawn, ends, axis=1), strict=True))
-    return _Fit(shape, sides, acts, coefficients, words)
+    coefficients = iter(np.split(drawn, ends, axis=1))
+    by_side = {side: {act: next(coefficients) for act in acts} for side in sides}
+    return _Fit(table, shape, by_side), words
 
 
-def _named(group: str, sides: Sequence[str]) -> tuple[str, ...]:
-    """Groups of the table of one group of forces."""
-    return tuple(group if side == BOTH else f"{group}:{side}" for side in sides)
-
-
-def _abscissa(table: MountingTable, fit: _Fit, side: str) -> FloatArray:
-    """Values along which the curve is drawn, over what counted samples visit."""
-    if fit.shape == CHANGE:
-        return np.linspace(0.0, table.size.length, POINTS)
-    if fit.shape == MEMORY:
-        return np.geomspace(table.size.taus[0] / 3.0, 3.0 * table.size.taus[-1], POINTS)
-    if fit.shape == HYSTERESIS:
-        turns = np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
-        return np.asarray(table.size.deflection * turns)
-    return _range(table, fit.shape, fit.acts[0], side)
-
-
-def _range(table: MountingTable, shape: str, act: str, side: str) -> FloatArray:
-    """Visited range of one way of a force that is kept as a table."""
-    u, v = table.counted(_BUSHINGS[side])
-    if shape == DISSIPATION:
-        ends = np.array([v.min(), v.max()])
-        if act == RADIAL:
-            ends = np.array([0.0, np.hypot(v[0], v[1]).max()])
-        low, high = table.size.curved_speed(ends).tolist()
-        return table.size.straight_speed(np.linspace(low, high, 2 * POINTS))
-    if act == RADIAL:
-        return np.linspace(0.0, float(np.hypot(u[0], u[1]).max()), POINTS)
-    return np.linspace(float(u.min()), float(u.max()), POINTS)
-
-
-def _side_curve(
-    table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup], side: str
-) -> tuple[FloatArray, FloatArray]:
-    """Abscissa of a bushing, and its force as all ways add up; shape (n_draws, n)."""
-    x = _abscissa(table, fit, side)
-    rows = [
-        fit.drawn[side, act] @ _along(table, fit.shape, groups[_group(fit.shape, act)], x)
-        for act in fit.acts
-    ]
-    shown = slice(5 * POINTS, None) if fit.shape == HYSTERESIS else slice(None)
-    return x[shown], np.sum(rows, axis=0)[:, shown]
-
-
-def _group(shape: str, act: str) -> str:
-    return FORCE_GROUPS[shape][_ACTS.index(act)]
-
-
-def _along(table: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -> FloatArray:
-    """Columns of a group along a straight motion of the bushings, shape (n_columns, n)."""
-    if shape == MEMORY:
-        return np.asarray(np.exp(-x[None] / table.size.taus[:, None]))
-    if shape == CHANGE:
-        return table.size.time_splines()(x)
-    return group.columns(_motion(table, shape, x))[:, 0, 1]
+def _named(group: str, side: str) -> str:
+    """Group of the table of one group of forces."""
+    return group if side == BOTH else f"{group}:{side}"
 
 
 def _motion(table: MountingTable, shape: str, x: FloatArray) -> BushingMotion:
@@ -385,50 +408,6 @@ def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) ->
     return rest - np.array([np.interp(0.0, x, y) for y in rest])[:, None]
 
 
-def _tables(
-    table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
-) -> tuple[tuple[LawTerm, ...], tuple[float, float]]:
-    """Tables of the law, and its largest steps at rest, which no table holds."""
-    if fit.shape not in _WITH_STRAIGHT_LINE:
-        return (), (0.0, 0.0)
-    tables = []
-    steps = (0.0, 0.0)
-    for act in fit.acts:
-        alone = replace(fit, acts=(act,))
-        curves = {side: _side_curve(table, alone, groups, side) for side in fit.sides}
-        taken = np.mean(
-            [_straight(fit.shape, x, draws[:1]) for x, draws in curves.values()], axis=0
-        )
-        for side, (x, draws) in curves.items():
-            y = _without(fit.shape, x, draws[:1], taken)[0]
-            if fit.shape == DISSIPATION:
-                y, risen = without_steps(x, y, table.size.rest_speed)
-                steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
-            tables.append(Table(side, x, y, act))
-    return tuple(tables), steps
-
-
-def _elements(table: MountingTable, fit: _Fit) -> tuple[LawTerm, ...]:
-    """Stops or branches of the fit."""
-    elements: list[LawTerm] = []
-    for (side, act), drawn in fit.drawn.items():
-        weights = drawn[0].tolist()
-        if fit.shape == MEMORY:
-            taus = zip(table.size.taus.tolist(), weights, strict=True)
-            elements += [Branch(side, tau, weight) for tau, weight in taus if weight > 0.0]
-            continue
-        yields = table.size.yields if act == APART else table.size.radial_yields
-        slips = zip(yields.tolist(), weights, strict=True)
-        elements += [Stop(side, slip, weight, act) for slip, weight in slips if weight > 0.0]
-    return tuple(elements)
-
-
-def _size_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
-    """Size of the other bushing's curve beside that of the first."""
-    share = float(np.ptp(other)) / max(float(np.ptp(y)), 1e-300)
-    return f"{first} bushing; {side} bushing {share:.0%} of it".replace("%", " %")
-
-
 def _law_curve(
     table: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
@@ -457,13 +436,7 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 def _reached_by(table: Table, run: BushingMotion, *, along_speed: bool) -> FloatArray:
     """Deflection or speed of the bushings of a table, shape (m, n)."""
-    motion = run.v if along_speed else run.u
-    chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(table.acts_on, motion)
+    motion = (run.v if along_speed else run.u)[list(_BUSHINGS[table.acts_on])]
     if table.plane == RADIAL:
-        return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))
-    return chosen.reshape(-1, motion.shape[2])
-
-
-def _is_outside(table: Table, values: FloatArray) -> NDArray[np.bool_]:
-    """Whether a sample leaves a table, shape (n,)."""
-    return np.asarray(((values < table.x[0]) | (values > table.x[-1])).any(axis=0))
+        return np.asarray(np.hypot(motion[:, 0], motion[:, 1]))
+    return motion.reshape(-1, motion.shape[2])

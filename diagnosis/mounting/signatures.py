@@ -20,16 +20,13 @@ from carrierflex.diagnosis.comparison.problem import (
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, MountingModel
+from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
-_MOST_STARTS = 6
-#: Shapes of a user's law that start the search, over the scale of the card.
-_USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 Known = Mapping[tuple[str, str], float]
 #: Values by effect and name, and the channel of each effect of one sensor.
 Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
@@ -39,16 +36,18 @@ Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
 class Column:
     """One signature."""
 
-    #: effect, amplitude: owner and parameter
-    effect: str
-    amplitude: str
-    size: float  # Value of the amplitude in the simulation
+    effect: str  # Owner
+    amplitude: Parameter  # Unknown of which it is the signature
     shapes: Mapping[str, float]  # Values of the shapes
     channel: int = -1  # Channel of an effect of one sensor; -1 otherwise
     #: Whether the shapes grow with the amplitude: a yield force, a damper. Those of a user's law
     #: stay as they are.
     shapes_follow: bool = True
-    bounds: tuple[float, float] = (-np.inf, np.inf)  # Physical bounds of the amplitude
+
+    @property
+    def size(self) -> float:
+        """Value of the amplitude in the simulation."""
+        return _SIZE * self.amplitude.scale
 
     @property
     def variant(self) -> tuple[float, ...]:
@@ -61,39 +60,19 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
         parameters = bare.parameters((name,))[2:]
-        if name in model.laws or name in model.measured:
-            columns += _user_columns(name, parameters)
-            continue
-        amplitude = next(p for p in parameters if not p.shape)
-        shape = next((p for p in parameters if p.shape), None)
-        size = _SIZE * amplitude.scale
+        shapes = [parameter for parameter in parameters if parameter.shape]
+        amplitudes = [parameter for parameter in parameters if not parameter.shape]
+        shares, growth = shape_starts(MOUNTING_EFFECTS, name), _SIZE
+        follow = name not in model.laws and name not in model.measured
+        if not follow:
+            shares, growth = USER_SHARES if shapes else (1.0,), 1.0
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
-        for share, channel in product(shape_starts(MOUNTING_EFFECTS, name), channels):
-            shapes = {}
-            if shape is not None:
-                # Yield force and damper go with the amplitude of the column.
-                shapes = {
-                    shape.name: float(
-                        np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper)
-                    )
-                }
-            bounds = (amplitude.lower, amplitude.upper)
-            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
+        for share, channel, amplitude in product(shares, channels, amplitudes):
+            values = {
+                p.name: float(np.clip(share * p.scale * growth, p.lower, p.upper)) for p in shapes
+            }
+            columns.append(Column(name, amplitude, values, channel, follow))
     return tuple(columns)
-
-
-def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
-    """A column for every amplitude of a user's law, at several multiples of its shapes' scales."""
-    amplitudes = [parameter for parameter in parameters if not parameter.shape]
-    shapes = [parameter for parameter in parameters if parameter.shape]
-    columns = []
-    for share in _USER_SHARES if shapes else (1.0,):
-        values = {p.name: float(np.clip(share * p.scale, p.lower, p.upper)) for p in shapes}
-        for p in amplitudes:
-            size = _SIZE * p.scale
-            bounds = (p.lower, p.upper)
-            columns.append(Column(effect, p.name, size, values, shapes_follow=False, bounds=bounds))
-    return columns
 
 
 def signature_rows(
@@ -119,7 +98,7 @@ def signature_rows(
         rows.append(np.zeros_like(start) if model.fixed else change / step[k])
     for column in columns:
         effects = (column.effect,)
-        values = {**column.shapes, column.amplitude: column.size}
+        values = {**column.shapes, column.amplitude.name: column.size}
         parameters = bare.parameters(effects)[2:]
         theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
         choice = {column.effect: column.channel}
@@ -138,7 +117,7 @@ def mounting_signatures(
     records: Sequence[MountingRecord],
     residuals: Sequence[FloatArray],
     known: Known,
-) -> tuple[Signatures, tuple[Column, ...]]:
+) -> Signatures[Column]:
     """Gram matrix of the baseline's residual, its derivatives and all signatures."""
     every = signature_columns(model)
     contained = [column for column in every if column.effect in model.contained]
@@ -147,74 +126,42 @@ def mounting_signatures(
     for record, residual in zip(records, residuals, strict=True):
         table = signature_rows(model, record, residual, (*contained, *columns), known)
         gram = gram + total_products(table, record.block)
-    return Signatures(gram, 2 + len(contained)), tuple(columns)
+    return Signatures(gram, 2 + len(contained), tuple(columns))
 
 
-def solutions(
-    signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
-) -> list[Solution]:
+def solutions(signatures: Signatures[Column], effects: Effects, known: Known) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and their channels."""
-    gram, first = signatures.gram, 1 + signatures.n_base
-    groups = [_variants(columns, effect) for effect in effects]
-    fits = []
-    for chosen in product(*groups):
-        numbers = [k for group in chosen for k in group]
-        square, values = _bounded_solution(
-            gram, [*range(1, first), *(first + k for k in numbers)], [columns[k] for k in numbers]
-        )
-        fits.append((square, _named([columns[k] for k in numbers], values, first - 1, known)))
-    fits.sort(key=lambda pair: pair[0])
-    return [numbers for _, numbers in fits[:_MOST_STARTS]]
-
-
-def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
-    """Columns of an effect that are taken together, by variant; one empty list if it has none."""
-    groups: dict[tuple[float, ...], list[int]] = {}
-    for k, column in enumerate(columns):
-        if column.effect == effect:
-            groups.setdefault(column.variant, []).append(k)
-    return list(groups.values()) or [[]]
-
-
-def _bounded_solution(
-    gram: FloatArray, rows: Sequence[int], columns: Sequence[Column]
-) -> tuple[float, FloatArray]:
-    """Residual sum of squares and least-squares values."""
-    values, active = np.zeros(len(rows)), list(range(len(rows)))
-    n_base = len(rows) - len(columns)
-    while True:
-        used = [rows[k] for k in active]
-        solution = normal_solution(gram[np.ix_(used, used)], gram[used, 0])
-        outside = [
-            k
-            for k, value in zip(active, solution, strict=True)
-            if k >= n_base
-            and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
-        ]
-        if not outside:
-            values[active] = solution
-            return float(gram[0, 0] - solution @ gram[used, 0]), values
-        active = [k for k in active if k not in outside]
-
-
-def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Known) -> Solution:
-    named = {
-        (BASELINE, name): known[BASELINE, name] + float(values[k])
-        for k, name in enumerate(("K1", "C1"))
-    }
-    for column, value in zip(columns, values[n_base:], strict=True):
-        named[column.effect, column.amplitude] = float(value)
-        for name, shape in column.shapes.items():
+    results = []
+    for base, values in signatures.solutions(
+        effects,
+        lambda column: (column.amplitude.lower, column.amplitude.upper),
+        solve=_within_bounds,
+    ):
+        named = {
+            (BASELINE, name): known[BASELINE, name] + float(base[k])
+            for k, name in enumerate(("K1", "C1"))
+        }
+        for column, value in values:
+            named[column.effect, column.amplitude.name] = value
             # A branch of the same time, a slider of the same yield deflection, at the fitted
             # stiffness.
-            growth = abs(float(value)) / column.size if column.shapes_follow else 1.0
-            named[column.effect, name] = growth * shape
-    return named, {column.effect: column.channel for column in columns if column.channel >= 0}
+            growth = abs(value) / column.size if column.shapes_follow else 1.0
+            for name, shape in column.shapes.items():
+                named[column.effect, name] = growth * shape
+        channels = {column.effect: column.channel for column, _ in values if column.channel >= 0}
+        results.append((named, channels))
+    return results
 
 
-def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
-    """Values in the order of the parameters; what is not known leaves the baseline as it is."""
-    off = [p.scale if p.shape else 0.0 for p in parameters]
-    return np.array(
-        [values.get((p.effect, p.name), value) for p, value in zip(parameters, off, strict=True)]
-    )
+def _within_bounds(
+    gram: FloatArray, right: FloatArray, lower: FloatArray, upper: FloatArray
+) -> FloatArray:
+    """Least squares of what lies within its bounds, shape (n,); the others are off."""
+    values, active = np.zeros(right.size), np.arange(right.size)
+    while True:
+        solution = normal_solution(gram[np.ix_(active, active)], right[active])
+        is_inside = (solution >= lower[active]) & (solution <= upper[active])
+        if is_inside.all():
+            values[active] = solution
+            return values
+        active = active[is_inside]

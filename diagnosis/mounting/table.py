@@ -32,18 +32,12 @@ from carrierflex.diagnosis.mounting.columns import (
     law_signals,
     load_columns,
     shows_load_gain,
-    signals_of,
     unequal_column,
 )
 from carrierflex.diagnosis.mounting.model import MountingModel
-from carrierflex.diagnosis.mounting.motion import (
-    N_FREE,
-    BushingMotion,
-    RigidBody,
-    bushing_motions,
-    rigid_body,
-)
+from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
 
 #: Place of the forces that follow.
 BUSHINGS = "bushings"
@@ -108,15 +102,9 @@ _VISITED = 2
 _LEAST_NOISE = 1e-9
 #: Squares of a row below this share are rounding of the rotation.
 _ROUNDING = 1e-20
-#: Directions of columns, and squares of a column that others leave, below which they are rounding.
-_DELAY_ROUNDING = 1e-10
-#: Either sign: loads may be late, or signals.
-_CANDIDATES = np.concatenate([DELAYS, -DELAYS])
 
 
-def class_groups(
-    channels: Sequence[str], contained: Sequence[str], known: Container[str]
-) -> dict[str, tuple[str, ...]]:
+def _class_groups(model: MountingModel, known: Container[str]) -> dict[str, tuple[str, ...]]:
     """Groups of columns of every class, the simplest way of a shape first."""
     classes: dict[str, tuple[str, ...]] = {}
     for shape, groups in FORCE_GROUPS.items():
@@ -129,13 +117,16 @@ def class_groups(
             if f"{shape}:{way}" in known:
                 classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
     for shape in (GAIN, ZERO):
-        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
-        for channel in measured:
-            classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
-        if measured:
-            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
-    taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
-    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}
+        of_channels = {
+            channel: f"{shape}:{channel}"
+            for channel in model.channels
+            if f"{shape}:{channel}" in known
+        }
+        classes |= {f"{shape}/{channel}": (group,) for channel, group in of_channels.items()}
+        if of_channels:
+            classes[f"{shape}/{EACH}"] = tuple(of_channels.values())
+    taken = {SHAPE_OF_LAW.get(law) for law in model.contained} & {ZERO, DELAY}
+    return {name: of for name, of in classes.items() if shape_of(name) not in taken}
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +134,6 @@ class MountingTable:
     """Gram table with what its columns are."""
 
     table: GramTable  # Products
-    body: RigidBody  # Housing on the fitted linear bushings
     size: BushingSize  # Sizes and splines
     motions: tuple[BushingMotion, ...]  # Runs
     model: MountingModel  # Baseline and library
@@ -152,84 +142,54 @@ class MountingTable:
     sizes: Mapping[str, int]  # Columns of each class
 
     def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Deflection and speed of some bushings where samples count.
-
-        Parameters
-        ----------
-        bushings : sequence of int
-            0 starboard, 1 port.
-
-        Returns
-        -------
-        tuple of ndarray, shape (2, n)
-            In y and in z, [m] and [m/s].
-        """
-        u, v = [], []
-        for run in self.motions:
-            chosen = _counting(run, self.reach)
-            u += [run.u[bushing][:, chosen] for bushing in bushings]
-            v += [run.v[bushing][:, chosen] for bushing in bushings]
-        return np.concatenate(u, axis=1), np.concatenate(v, axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class _Columns:
-    """What the columns of every run are."""
-
-    model: MountingModel
-    body: RigidBody
-    size: BushingSize
-    groups: Sequence[ForceGroup]
-    delays: Mapping[str, float]
-    load_ways: Sequence[str]
-    laws: Sequence[str]
-    with_gain: Sequence[int]
+        """Deflection and speed in y and z, (2, n), where samples count; 0 is starboard, 1 port."""
+        counts = [_counting(run, self.reach) for run in self.motions]
+        u, v = (
+            np.concatenate(
+                [
+                    getattr(run, name)[bushing][:, chosen]
+                    for run, chosen in zip(self.motions, counts, strict=True)
+                    for bushing in bushings
+                ],
+                axis=1,
+            )
+            for name in "uv"
+        )
+        return u, v
 
 
 def mounting_table(
-    model: MountingModel,
-    records: Sequence[MountingRecord],
-    linear: FloatArray,
+    model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
 ) -> MountingTable | None:
-    """Table of all classes and laws."""
+    """Table of all classes and laws beside linear bushings of K1 and C1."""
     constants = ClassConstants(floor_error=_FLOOR_ERROR, second_cause=FURTHER_CAUSE)
-    body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
+    motions = bushing_motions(model, records, linear)
     n_blocks = sum(record.n_blocks for record in records)
-    if not body.shows_motion or n_blocks < constants.fewest_blocks:
+    if not motions or n_blocks < constants.fewest_blocks:
         return None
-    bare = replace(model, contained=())
-    predicted = [bare.predicted(record, (), linear, {}) for record in records]
-    motions = bushing_motions(body, records, predicted)
     size = bushing_size(motions)
     if not size.deflection > 0.0:
         return None
-    turn, weights = _channel_space(body, records, motions)
-    has_gain = shows_load_gain(body, motions)
+    turn, weights = _channel_space(records, motions)
     groups = force_groups(size)
+    delays = _nearest_delays(motions, groups, (turn * weights)[:N_FREE], constants)
     columns = _Columns(
-        model,
-        body,
-        size,
-        groups,
-        _nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
-        [way for way in LOAD_WAYS if has_gain or way != "gain"],
-        tuple(model.cards),
-        gain_channels(motions),
+        model, size, groups, delays, shows_load_gain(motions), gain_channels(motions)
     )
     limit = _visited(motions, constants.n_folds)
     grams = []
     floors = []
     folds = []
     for number, run in enumerate(motions):
-        rows = _rows(columns, run, turn * weights)
+        rows = columns.along(run, turn * weights)
         counts = _counting(run, limit)
-        block = _block_of_grid(run)
+        block = run.block
         noise = float(np.sum((run.record.noise + run.record.zero_noise) * weights**2))
         for b in range(run.record.n_blocks):
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
-            grams.append(_products(rows.rows, _samples(chosen)))
+            grams.append(_products(rows.rows, np.flatnonzero(chosen)))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
     if len(grams) < constants.fewest_blocks:
@@ -240,7 +200,7 @@ def mounting_table(
         name: sum(table.groups[group].columns.size for group in members)
         for name, members in table.classes.items()
     }
-    return MountingTable(table, body, size, motions, model, limit, scores, sizes)
+    return MountingTable(table, size, motions, model, limit, scores, sizes)
 
 
 def _counting(run: BushingMotion, reach: float) -> BoolArray:
@@ -248,38 +208,25 @@ def _counting(run: BushingMotion, reach: float) -> BoolArray:
     return np.asarray(np.isfinite(run.gap).all(axis=0) & (np.abs(run.u).max(axis=(0, 1)) <= reach))
 
 
-def _samples(chosen: BoolArray) -> slice | IntArray:
-    """Samples that are chosen; as a slice where they follow one another, which copies nothing."""
-    samples = np.flatnonzero(chosen)
-    first, last = int(samples[0]), int(samples[-1])
-    return slice(first, last + 1) if samples.size == last + 1 - first else samples
-
-
-def _block_of_grid(run: BushingMotion) -> IntArray:
-    """Block of every sample of the even grid."""
-    inputs = run.record.inputs
-    if inputs.uniform:
-        return run.record.block
-    samples = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
-    return np.asarray(run.record.block[samples])
-
-
 def _channel_space(
-    body: RigidBody, records: Sequence[MountingRecord], motions: Sequence[BushingMotion]
+    records: Sequence[MountingRecord], motions: Sequence[BushingMotion]
 ) -> tuple[FloatArray, FloatArray]:
     """Rotation of the channels over their noise, and one over the noise of each."""
     noise = np.mean([record.noise for record in records], axis=0)
     signal = np.mean([np.square(run.signals).mean(axis=1) for run in motions], axis=0)
     least = np.maximum(_LEAST_NOISE**2 * signal.max(), 1e-300)
     weights = 1.0 / np.sqrt(np.maximum(noise, least))
-    turn, _ = np.linalg.qr(weights[:, None] * body.free_output, mode="complete")
+    turn, _ = np.linalg.qr(weights[:, None] * motions[0].body.free_output, mode="complete")
     return turn.T, weights
 
 
-def _products(rows: Sequence[FloatArray], samples: slice | IntArray) -> FloatArray:
+def _products(rows: Sequence[FloatArray], samples: IntArray) -> FloatArray:
     """Products of rows of rotated channels over some samples, shape (n_rows, n_rows)."""
+    first, last = int(samples[0]), int(samples[-1])
+    # A slice copies nothing.
+    span = slice(first, last + 1) if samples.size == last + 1 - first else samples
     free, guided = (
-        np.concatenate([columns[:, channels, samples] for columns in rows])
+        np.concatenate([columns[:, channels, span] for columns in rows])
         for channels in (slice(N_FREE), slice(N_FREE, None))
     )
     free = free.reshape(len(free), -1)
@@ -295,67 +242,81 @@ def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     """Deflection that the blocks of two folds reach: beyond it all scores extrapolate."""
     largest = np.zeros(n_folds)
     for number, run in enumerate(motions):
-        fold = (_block_of_grid(run) + number) % n_folds
+        fold = (run.block + number) % n_folds
         deflection = np.abs(run.u).max(axis=(0, 1))
         for f in range(n_folds):
             largest[f] = max(largest[f], deflection[fold == f].max(initial=0.0))
     return float(np.sort(largest)[-_VISITED])
 
 
-def _rows(columns: _Columns, run: BushingMotion, rotation: FloatArray) -> TableRows:
-    """Target, baseline, groups and laws along a run in rotated channels."""
-    model, body = columns.model, columns.body
-    # What stiffer and more damped bushings add.
-    base = signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
-    base = base[: 0 if model.fixed else 2]
-    table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
-    for group in columns.groups:
-        forces = group.columns(run)
-        starboard, port = (
-            signals_of(body, run, body.of_side(forces[:, side], side)) for side in range(2)
-        )
-        for name, values in (
-            (group.id, starboard + port),
-            (f"{group.id}:starboard", starboard),
-            (f"{group.id}:port", port),
-        ):
-            table.add_group(
-                name, rotation @ values, group.penalty, is_nonnegative=group.is_nonnegative
-            )
-    for name, values in _map_columns(columns, run).items():
-        table.add_group(name, rotation @ values, np.eye(len(values)))
-    for law in columns.laws:
-        table.add_law(law, rotation @ law_signals(body, model, columns.size, run, law))
-    return table
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """What the columns of every run are."""
 
+    model: MountingModel
+    size: BushingSize
+    groups: Sequence[ForceGroup]
+    delays: Mapping[str, float]
+    has_load_gain: bool
+    with_gain: Sequence[int]
 
-def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]:
-    """Columns of the maps by group."""
-    body = columns.body
-    maps = {
-        f"{STIFFNESS}:axial": axial_column(body, run),
-        f"{STIFFNESS}:main_bearing": bearing_column(body, run),
-        f"{STIFFNESS}:{UNEQUAL}": unequal_column(body, run),
-        f"{STIFFNESS}:{FULL}": full_stiffness(body, run),
-    }
-    for way in columns.load_ways:
-        maps[f"{LOADS}:{way}"] = load_columns(body, run, way)
-    for way, delay in columns.delays.items():
-        maps[f"{DELAY}:{way}"] = delay_columns(body, run, way, [delay])
-    for k, channel in enumerate(columns.model.channels):
-        if k in columns.with_gain:
-            maps[f"{GAIN}:{channel}"] = channel_column(run, k, run.signals[k])
-        maps[f"{ZERO}:{channel}"] = channel_column(run, k, 1.0)
-    return maps
+    def along(self, run: BushingMotion, rotation: FloatArray) -> TableRows:
+        """Target, baseline, groups and laws along a run in rotated channels."""
+        # What stiffer and more damped bushings add.
+        base = run.signals_of_bushings(np.array([run.u, run.v]))
+        base = base[: 0 if self.model.fixed else 2]
+        table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
+        for group in self.groups:
+            forces = group.columns(run)
+            starboard, port = (run.signals_of_side(forces[:, side], side) for side in range(2))
+            for name, values in (
+                (group.id, starboard + port),
+                (f"{group.id}:starboard", starboard),
+                (f"{group.id}:port", port),
+            ):
+                table.add_group(
+                    name, rotation @ values, group.penalty, is_nonnegative=group.is_nonnegative
+                )
+        for name, values in self._maps(run).items():
+            table.add_group(name, rotation @ values, np.eye(len(values)))
+        for law in self.model.cards:
+            table.add_law(law, rotation @ law_signals(self.model, self.size, run, law))
+        return table
+
+    def _maps(self, run: BushingMotion) -> dict[str, FloatArray]:
+        """Columns of the maps by group."""
+        maps = {
+            f"{STIFFNESS}:axial": axial_column(run),
+            f"{STIFFNESS}:main_bearing": bearing_column(run),
+            f"{STIFFNESS}:{UNEQUAL}": unequal_column(run),
+            f"{STIFFNESS}:{FULL}": full_stiffness(run),
+        }
+        for way in LOAD_WAYS:
+            if self.has_load_gain or way != "gain":
+                maps[f"{LOADS}:{way}"] = load_columns(run, way)
+        for way, delay in self.delays.items():
+            maps[f"{DELAY}:{way}"] = delay_columns(run, way, [delay])
+        for k, channel in enumerate(self.model.channels):
+            if k in self.with_gain:
+                maps[f"{GAIN}:{channel}"] = channel_column(run, k, run.signals[k])
+            maps[f"{ZERO}:{channel}"] = channel_column(run, k, 1.0)
+        return maps
 
 
 def _assembled(
     model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, rows: TableRows
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    order, n_base = _with_contained(model, gram.sum(axis=0), rows)
-    shift = n_base - rows.n_base
+    # Contained laws stand behind the baseline, each in the shape that leaves least.
+    base = list(range(1, 1 + rows.n_base))
+    total = gram.sum(axis=0)
+    for law in model.contained:
+        if law in rows.laws:
+            variants = [[*base, *variant.tolist()] for variant in rows.laws[law]]
+            base = min(variants, key=lambda columns: _remaining_square(total, columns))
+    shift = len(base) - rows.n_base
     if shift:
+        order = np.array([0, *base, *range(1 + rows.n_base, len(total))])
         gram = gram[:, order[:, None], order[None]]
     groups = {
         name: replace(group, columns=group.columns + shift) for name, group in rows.groups.items()
@@ -365,7 +326,11 @@ def _assembled(
         if not name.startswith((STIFFNESS, LOADS)):
             energy[group.columns] = energy[group.columns].mean()
     scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
-    classes = class_groups(model.channels, model.contained, groups)
+    classes = _class_groups(model, groups)
+    of_user = dict.fromkeys(rows.laws, SHAPES_OF_USER)
+    of_library = {law: (shape,) for law, shape in SHAPE_OF_LAW.items()}
+    of_files = {name: (f"{BUSHINGS}/{law.effect_class}",) for name, law in model.measured.items()}
+    shapes_of_law = of_user | of_library | of_files
     laws = {
         name: tuple(
             LawColumns(
@@ -374,7 +339,7 @@ def _assembled(
                 len(model.cards[law].parameters),
             )
             for law, variants in rows.laws.items()
-            if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
+            if law not in model.contained and shape_of(name) in shapes_of_law[law]
         )
         for name in classes
     }
@@ -383,7 +348,7 @@ def _assembled(
     every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
     return GramTable(
         gram=gram * np.outer(scale, scale),
-        n_base=n_base,
+        n_base=len(base),
         groups=groups,
         classes=classes,
         surface="",
@@ -395,27 +360,6 @@ def _assembled(
     )
 
 
-def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
-    """Shapes that hold a law."""
-    if law in model.measured:
-        return (f"{BUSHINGS}/{model.measured[law].effect_class}",)
-    return (SHAPE_OF_LAW[law],) if law in SHAPE_OF_LAW else SHAPES_OF_USER
-
-
-def _with_contained(
-    model: MountingModel, total: FloatArray, rows: TableRows
-) -> tuple[IntArray, int]:
-    """Order of the columns in which contained laws stand behind the baseline, and its number."""
-    n_base = rows.n_base
-    base = list(range(1, 1 + n_base))
-    for law in model.contained:
-        variants = rows.laws.get(law, ())
-        if variants:
-            squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
-            base += variants[int(np.argmin(squares))].tolist()
-    return np.array([0, *base, *range(1 + n_base, len(total))]), len(base)
-
-
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
     A, b = total[np.ix_(columns, columns)], total[columns, 0]
@@ -423,7 +367,6 @@ def _remaining_square(total: FloatArray, columns: list[int]) -> float:
 
 
 def _nearest_delays(
-    body: RigidBody,
     motions: Sequence[BushingMotion],
     groups: Sequence[ForceGroup],
     channels: FloatArray,
@@ -443,7 +386,7 @@ def _nearest_delays(
     gram = np.zeros((0, 0))
     floor = 0.0
     for run in motions:
-        rows, numbers = _delay_rows(body, run, groups, channels)
+        rows, numbers = _delay_rows(run, groups, channels)
         products = rows @ rows.T
         gram = gram + products if gram.size else products
         floor += float(len(channels) * np.isfinite(run.gap).all(axis=0).sum())
@@ -454,31 +397,21 @@ def _nearest_delays(
     for way in DELAY_WAYS:
         alone, *with_forces = [_remaining_squares(gram, run, numbers[way]) for run in columns]
         best = min(with_forces, key=np.min)
-        chosen = best if _takes_half(shares, float(best.min()), float(alone.min())) else alone
-        delays[way] = float(_CANDIDATES[np.argmin(chosen)])
+        forced, bare = (HeldOutSquares(one.min(keepdims=True), (), ()) for one in (best, alone))
+        is_missing = shares.is_clear_gain(forced, bare, 0.0)
+        delays[way] = float(DELAYS[np.argmin(best if is_missing else alone)])
     return delays
 
 
-def _takes_half(shares: Shares, forced: float, alone: float) -> bool:
-    """Whether a force takes so much of what a delay leaves alone that it is missing with it."""
-    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (forced, alone))
-    return shares.is_clear_gain(with_force, without, 0.0)
-
-
 def _delay_rows(
-    body: RigidBody, run: BushingMotion, groups: Sequence[ForceGroup], channels: FloatArray
+    run: BushingMotion, groups: Sequence[ForceGroup], channels: FloatArray
 ) -> tuple[FloatArray, Mapping[str, IntArray]]:
     """Gap, linear bushings, forces alike in both bushings and delays along a run; their places."""
-    forces = {"base": np.array([run.u, run.v])}
-    forces |= {group.id: group.columns(run) for group in groups}
-    rows = {name: signals_of(body, run, body.on_coordinates(u)) for name, u in forces.items()}
-    for way in DELAY_WAYS:
-        rows[way] = delay_columns(body, run, way, _CANDIDATES)
-    first = 1
-    numbers = {}
-    for name, values in rows.items():
-        numbers[name] = np.arange(first, first + len(values))
-        first += len(values)
+    rows = {"base": run.signals_of_bushings(np.array([run.u, run.v]))}
+    rows |= {group.id: run.signals_of_bushings(group.columns(run)) for group in groups}
+    rows |= {way: delay_columns(run, way, DELAYS) for way in DELAY_WAYS}
+    ends = 1 + np.cumsum([len(values) for values in rows.values()])
+    numbers = dict(zip(rows, np.split(np.arange(1, ends[-1]), ends[:-1] - 1), strict=True))
     signals = [np.nan_to_num(run.gap)[None], *rows.values()]
     weighted = np.concatenate([channels @ values for values in signals])
     return weighted.reshape(len(weighted), -1), numbers
@@ -487,13 +420,12 @@ def _delay_rows(
 def _remaining_squares(gram: FloatArray, base: IntArray, delays: IntArray) -> FloatArray:
     """Square that each delay leaves of the gap beside some columns, shape (n_delays,)."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[base], np.finfo(float).tiny))
-    products = gram[np.ix_(base, base)] * np.outer(scale, scale)
-    inverse = np.linalg.pinv(products, rcond=_DELAY_ROUNDING, hermitian=True) * np.outer(
-        scale, scale
-    )
+    sizes = np.outer(scale, scale)
+    products = gram[np.ix_(base, base)] * sizes
+    inverse = np.linalg.pinv(products, rcond=DEPENDENT, hermitian=True) * sizes
     taken = gram[delays][:, base] @ inverse
     square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, base], axis=1)
     product = gram[delays, 0] - taken @ gram[base, 0]
     remaining = gram[0, 0] - gram[0, base] @ inverse @ gram[base, 0]
-    is_new = square > _DELAY_ROUNDING * np.diag(gram)[delays]
+    is_new = square > DEPENDENT * np.diag(gram)[delays]
     return np.asarray(remaining - np.where(is_new, product**2 / np.where(is_new, square, 1.0), 0.0))

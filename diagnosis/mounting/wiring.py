@@ -6,8 +6,9 @@ The baseline is linear in its loads: its answers to each load alone, with the no
 which sign and which order of the sensors fits; only those are refitted.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,43 +46,58 @@ _SMALLEST_GAIN = 0.02
 
 def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
     """Baseline refitted with what looks turned or exchanged put right; empty where nothing does."""
-    rivals = []
-    nominal = _nominal(problem)
-    answers = [_answers(problem, record, nominal) for record in problem.records]
+    names = problem.model.channels
+    rig = problem.model.rig
+    known = {"K1": rig.bushing_radial_stiffness, "C1": rig.bushing_radial_damping}
+    nominal = np.array(
+        [known.get(p.name, max(p.lower, min(p.upper, 0.0))) for p in problem.parameters(())]
+    )
     measured = np.concatenate([record.measured for record in problem.records])
-    predicted = np.concatenate(answers, axis=1)
+    predicted = _answers(problem, problem.records, nominal)
     factors = _factors(measured, predicted)
     turned = [name for name, factor in zip(LOADS, factors, strict=True) if factor < _TURNED]
+    rivals = []
     if turned:
-        records = tuple(_with_loads(record, turned) for record in problem.records)
-        mean_square = mean_square_of(replace(problem, records=records))
+        square = _refitted(problem, lambda record: _with_loads(record, turned))
         text = f"{', '.join(turned)} of the other sign"
-        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, mean_square, "run files"))
+        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, square, "run files"))
     if _are_exchanged(problem, measured, predicted, nominal):
-        records = tuple(_with_exchanged_loads(record) for record in problem.records)
-        mean_square = mean_square_of(replace(problem, records=records))
         y, z = RADIAL_LOADS
+        square = _refitted(problem, _with_exchanged_loads)
         text = f"{y} and {z} exchanged"
-        rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, mean_square, "run files"))
+        rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, square, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
-    signs = np.where(factors < _TURNED, -1.0, 1.0)
-    for sign in [np.ones(len(LOADS))] + ([signs] if turned else []):
+    for loads in [[], turned] if turned else [[]]:
+        sign = np.where(np.isin(LOADS, loads), -1.0, 1.0)
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
-            rivals.append(_exchanged(problem, order, turned if sign is signs else []))
-    reversed_channels = _reversed_channels(measured, predicted.sum(axis=0))
-    if reversed_channels.size:
-        rivals.append(_with_reversed(problem, reversed_channels))
+            rivals.append(_exchanged(problem, order, loads))
+    # Channels that read the other sign of what is predicted, where most do not.
+    sum_of_loads = predicted.sum(axis=0)
+    known_rows = np.isfinite(measured).all(axis=1) & np.isfinite(sum_of_loads).all(axis=1)
+    signals, answers = measured[known_rows], sum_of_loads[known_rows]
+    size = np.maximum(np.square(answers).sum(axis=0), 1e-300)
+    is_reversed = (signals * answers).sum(axis=0) / size < _TURNED
+    if 0 < 2 * np.count_nonzero(is_reversed) < is_reversed.size:
+        sign = np.where(is_reversed, -1.0, 1.0)
+        square = _refitted(problem, lambda record: replace(record, measured=sign * record.measured))
+        about = ", ".join(names[k] for k in np.flatnonzero(is_reversed))
+        line = key_of("[[channels]]", about)
+        rivals.append(WiringRival(POLARITY, about, f"{about} of the other sign", square, line))
     gains = _gain_rivals(problem, measured)
     best = min(gains, key=lambda rival: rival.mean_square, default=None)
     return (*rivals, *([best] if best else []), *_bearing_rival(problem))
 
 
-def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
-    """Baseline refitted with the main bearing elsewhere.
+def _refitted(
+    problem: MountingInTime, corrected: Callable[[MountingRecord], MountingRecord]
+) -> float:
+    """Mean square that the baseline leaves of corrected records."""
+    return mean_square_of(replace(problem, records=tuple(map(corrected, problem.records))))
 
-    None where a parabola through three places promises that more than half is left.
-    """
+
+def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
+    """Baseline refitted with the main bearing elsewhere, where a parabola promises half of it."""
     rig = problem.model.rig
     stated = rig.main_bearing_x
 
@@ -110,8 +126,7 @@ def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
 def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[WiringRival]:
     """Baseline refitted with one load larger or smaller beside the others."""
     theta = fit_effects(problem, ()).theta
-    answers = [_answers(problem, record, theta) for record in problem.records]
-    factors = _factors(measured, np.concatenate(answers, axis=1))
+    factors = _factors(measured, _answers(problem, problem.records, theta))
     for load, name in enumerate(LOADS):
         others = np.delete(factors, load)
         others = others[others != 1.0]
@@ -120,66 +135,40 @@ def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[Wiri
         gain = float(factors[load] / np.mean(others))
         if abs(gain - 1.0) < _SMALLEST_GAIN:
             continue
-        records = tuple(_with_loads(record, [name], gain) for record in problem.records)
-        mean_square = mean_square_of(replace(problem, records=records))
+        square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
-        yield WiringRival(INPUT_GAIN, name, text, mean_square, "run files")
+        yield WiringRival(INPUT_GAIN, name, text, square, "run files")
 
 
 def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[str]) -> WiringRival:
     """Baseline refitted with the sensors in another order and loads of the other sign."""
     names = problem.model.channels
-    records = tuple(
-        replace(_with_loads(record, turned), measured=record.measured[:, order])
-        for record in problem.records
+    square = _refitted(
+        problem,
+        lambda record: replace(_with_loads(record, turned), measured=record.measured[:, order]),
     )
     moved = [(signal, k) for k, signal in enumerate(order) if signal != k]
     text = ", ".join(f"{names[signal]} as {names[k]}" for signal, k in moved)
     about = ", ".join(names[k] for _, k in moved)
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
-    mean_square = mean_square_of(replace(problem, records=records))
     line = key_of("[[channels]]", "sensor")
-    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", mean_square, line)
+    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", square, line)
 
 
-def _reversed_channels(measured: FloatArray, predicted: FloatArray) -> NDArray[np.int64]:
-    """Channels that read the other sign of what is predicted, where most do not."""
-    known = np.isfinite(measured).all(axis=1) & np.isfinite(predicted).all(axis=1)
-    signals, answers = measured[known], predicted[known]
-    factors = (signals * answers).sum(axis=0) / np.maximum(np.square(answers).sum(axis=0), 1e-300)
-    turned = np.flatnonzero(factors < _TURNED)
-    return turned if 2 * turned.size < factors.size else turned[:0]
-
-
-def _with_reversed(problem: MountingInTime, channels: NDArray[np.int64]) -> WiringRival:
-    """Baseline refitted with some channels of the other sign."""
-    sign = np.ones(len(problem.model.channels))
-    sign[channels] = -1.0
-    records = tuple(replace(record, measured=sign * record.measured) for record in problem.records)
-    mean_square = mean_square_of(replace(problem, records=records))
-    about = ", ".join(problem.model.channels[k] for k in channels)
-    text = f"{about} of the other sign"
-    return WiringRival(POLARITY, about, text, mean_square, key_of("[[channels]]", about))
-
-
-def _nominal(problem: MountingInTime) -> FloatArray:
-    """Nominal bushings, contained effects off."""
-    rig = problem.model.rig
-    nominal = {"K1": rig.bushing_radial_stiffness, "C1": rig.bushing_radial_damping}
-    parameters = problem.parameters(())
-    return np.array([nominal.get(p.name, max(p.lower, min(p.upper, 0.0))) for p in parameters])
-
-
-def _answers(problem: MountingInTime, record: MountingRecord, theta: FloatArray) -> FloatArray:
-    """Signals under each load alone, shape (3, n, n_channels)."""
+def _answers(
+    problem: MountingInTime, records: Sequence[MountingRecord], theta: FloatArray
+) -> FloatArray:
+    """Signals of some runs, one behind the other, under each load alone, (3, n, n_channels)."""
     predicted = problem.simulator(())
-    still = np.zeros_like(record.inputs.torque)
-    rows = []
-    for name in LOADS:
-        others = {other: still for other in LOADS if other != name}
-        alone = replace(record, inputs=replace(record.inputs, **others))
-        rows.append(predicted(alone, theta, 1))
-    return np.array(rows)
+    answers = []
+    for record in records:
+        still = dict.fromkeys(LOADS, np.zeros_like(record.inputs.torque))
+        alone = [
+            replace(record.inputs, **(still | {name: getattr(record.inputs, name)}))
+            for name in LOADS
+        ]
+        answers.append([predicted(replace(record, inputs=one), theta, 1) for one in alone])
+    return np.concatenate(answers, axis=1)
 
 
 def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
@@ -197,8 +186,7 @@ def _are_exchanged(
     problem: MountingInTime, measured: FloatArray, as_read: FloatArray, theta: FloatArray
 ) -> bool:
     """Whether the answers to exchanged radial loads fit the signals, and those as read do not."""
-    exchanged = [_with_exchanged_loads(one) for one in problem.records]
-    other = np.concatenate([_answers(problem, one, theta) for one in exchanged], axis=1)
+    other = _answers(problem, [_with_exchanged_loads(one) for one in problem.records], theta)
     known = np.isfinite(measured).all(axis=1)
     columns = np.concatenate([as_read, other[1:]])[:, known].reshape(5, -1)
     if not np.isfinite(columns).all() or not columns[1:].any(axis=1).all():

@@ -12,8 +12,7 @@ from carrierflex.blind_check.truth.element.families import (
     acceptable_laws,
     class_sets,
 )
-from carrierflex.diagnosis.element import laws
-from carrierflex.diagnosis.element.table import PRESLIDING
+from carrierflex.diagnosis.element import columns
 from carrierflex.workflows.diagnosis.score_page import score_page
 
 F = "restoring_force"
@@ -220,6 +219,6 @@ def test_true_parameters_are_looked_for_where_a_class_is_right():
 
 
 def test_every_law_that_a_diagnosis_can_name_has_its_classes_in_the_score():
-    assert set(CLASSES_OF_LAW) == {*laws.CLASSES_OF_LAW, PRESLIDING}
-    for law, classes in laws.CLASSES_OF_LAW.items():
+    assert set(CLASSES_OF_LAW) == {*columns.CLASSES_OF_LAW, columns.PRESLIDING}
+    for law, classes in columns.CLASSES_OF_LAW.items():
         assert set(CLASSES_OF_LAW[law]) <= set(classes)

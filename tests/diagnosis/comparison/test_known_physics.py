@@ -121,7 +121,7 @@ def test_known_physics_is_a_prior_of_the_fit():
     assert fixed.theta[k] == 1.1 * STIFFNESS
     # Normal data beside a normal prior: the mean weighs both by their precisions.
     without_others = 1.0 / np.linalg.inv(free.sums.matrix.sum(axis=0))[k, k]
-    variance = element_problem(campaign).noise[0]
+    variance = element_problem(campaign).records[0].noise
     std = np.sqrt(variance / without_others)
     half = fitted(element_problem(known_stiffness(campaign, std)))
     # The search ends where a step promises less than 1e-5 of the cost: 1e-3 of the shift of 5 %.

@@ -136,7 +136,7 @@ def test_sliders_and_branches_from_rest_are_relaxed_at_the_first_sample():
 
 def test_a_run_is_switched_on_where_its_drive_grows_from_rest():
     problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
-    record = force_records(problem.model, problem.records, problem.noise)[0]
+    record = force_records(problem.model, problem.records)[0]
     assert not _is_switched_on(record)
     t = np.linspace(0.0, 1.0, record.x.size)
     grown = replace(record.record, drive=record.record.drive * np.clip(8.0 * t, 0.0, 1.0) ** 3)
@@ -165,7 +165,7 @@ def test_two_relaxing_springs_are_one_memory():
 
 def test_what_one_fold_alone_visits_does_not_count():
     problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
-    unfiltered = force_records(problem.model, problem.records, problem.noise)
+    unfiltered = force_records(problem.model, problem.records)
     peak = max(range(len(unfiltered)), key=lambda k: unfiltered[k].x[unfiltered[k].counts].max())
     sample = np.flatnonzero(unfiltered[peak].counts)[
         np.argmax(unfiltered[peak].x[unfiltered[peak].counts])
@@ -196,7 +196,7 @@ def test_motion_under_a_force_holds_the_lines_that_noise_does_not_make():
     problem = element_problem(noisy)
     record = with_all_lines(problem.model, problem.records[2])
     assert record.flat_hz > 1.2 * problem.records[2].flat_hz
-    force_record = force_records(problem.model, [record], problem.noise[2:])[0]
+    force_record = force_records(problem.model, [record])[0]
     inner = force_record.counts
     true = element_problem(clean).records[2].motion[1][inner]
     measured = record.motion[1][inner]
@@ -374,7 +374,7 @@ def sweep_campaign(law):
 @pytest.mark.long
 def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
     problem = element_problem(sweep_campaign(lambda q, v: 40.0 * v * np.abs(v)))
-    records = force_records(problem.model, problem.records, problem.noise)
+    records = force_records(problem.model, problem.records)
     for record in records:
         assert record.band_hz < 50.0
         # What counts goes through the resonance, and ends before the band does.
@@ -392,7 +392,7 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
 
 def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does():
     problem = element_problem(force_campaign(no_law))
-    record = force_records(problem.model, problem.records, problem.noise)[0]
+    record = force_records(problem.model, problem.records)[0]
     speed = float(np.abs(record.v).max())
     assert_array_equal(while_sliding(record, 1e-6 * speed).counts, record.counts)
     still = slice(500, 600)

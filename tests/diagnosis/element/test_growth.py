@@ -11,7 +11,7 @@ AMPLITUDES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 
 def exponent(campaign):
     problem = element_problem(campaign)
-    return _growth_exponent(_block_forces(problem.model, problem.records, problem.noise))
+    return _growth_exponent(_block_forces(problem.model, problem.records))
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def test_a_motion_beyond_its_band_makes_no_memory_of_white_noise(clean):
 @pytest.mark.parametrize("memory", [0.0, 0.7])
 def test_the_floor_of_a_linear_element_is_what_its_noise_leaves(clean, memory):
     problem = element_problem(with_noise(clean, memory))
-    table = element_table(problem.model, problem.records, problem.noise, ClassConstants())
+    table = element_table(problem.model, problem.records, ClassConstants())
     floor_ratio = table.scores.of(()).total / table.table.floor.sum()
     assert_allclose(floor_ratio, 1.0, atol=0.2)
 

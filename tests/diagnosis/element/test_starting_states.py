@@ -55,7 +55,7 @@ def left_by_a_like_motion(q):
 
 def starts(campaign):
     problem = element_problem(campaign)
-    table = element_table(problem.model, problem.records, problem.noise, ClassConstants())
+    table = element_table(problem.model, problem.records, ClassConstants())
     return [record.from_rest for record in table.records]
 
 

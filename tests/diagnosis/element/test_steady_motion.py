@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from carrierflex.diagnosis.element.force_records import (
     force_records,
-    with_noise_of,
+    with_noise_of_motion,
 )
 from carrierflex.diagnosis.element.motion import (
     _frequency_of_line,
@@ -79,13 +79,13 @@ def test_harmonics_are_known_to_the_noise_of_all_samples_together(hardening):
     _, _, q = settled(cubic, 8.0)
     steady = _steady_motion(record)
     counted = record.block >= 0
-    error = (steady.motion[0] - q)[counted]
+    error = (steady[0][0] - q)[counted]
     # Three harmonics and a constant are 19 coefficients of 1365 samples: 0.118 of the noise.
     assert error.std() < 0.14 * NOISE
-    assert_allclose(steady.motion[1][counted], np.gradient(q, STEP)[counted], atol=1.5e-3)
-    rate = np.gradient(steady.motion[1], STEP)[counted][1:-1]
-    size = np.abs(steady.motion[2][counted]).max()
-    assert_allclose(steady.motion[2][counted][1:-1], rate, atol=0.03 * size)
+    assert_allclose(steady[0][1][counted], np.gradient(q, STEP)[counted], atol=1.5e-3)
+    rate = np.gradient(steady[0][1], STEP)[counted][1:-1]
+    size = np.abs(steady[0][2][counted]).max()
+    assert_allclose(steady[0][2][counted][1:-1], rate, atol=0.03 * size)
 
 
 def test_no_harmonic_is_found_in_noise():
@@ -93,7 +93,7 @@ def test_no_harmonic_is_found_in_noise():
     for record in plain.records:
         steady = _steady_motion(record)
         counted = record.block >= 0
-        spectrum = np.abs(np.fft.rfft(steady.motion[0][counted] * np.hanning(counted.sum())))
+        spectrum = np.abs(np.fft.rfft(steady[0][0][counted] * np.hanning(counted.sum())))
         lines = np.fft.rfftfreq(int(counted.sum()), STEP)
         beyond = lines > 1.5 * OMEGA / (2.0 * np.pi)
         assert spectrum[beyond].max() < 1e-3 * spectrum.max()
@@ -101,14 +101,15 @@ def test_no_harmonic_is_found_in_noise():
 
 def test_what_is_taken_from_the_regressors_is_in_the_target(hardening):
     model = hardening.model
-    in_force = force_records(model, hardening.records, hardening.noise)[0]
+    in_force = force_records(model, hardening.records)[0]
     a, q, v, _ = in_force.base
     measured_motion = {record.name: record.motion for record in hardening.records}
     for regressor, noise, measured in zip(
         (q, v, a), in_force.noise_motion, measured_motion[in_force.record.name], strict=True
     ):
         assert_allclose(regressor + noise, measured, atol=1e-9 * np.abs(measured).max())
-    inside = with_noise_of(in_force, (MASS, DAMPING, STIFFNESS))
+    weight = replace(in_force.weight, element=(MASS, DAMPING, STIFFNESS))
+    inside = with_noise_of_motion(replace(in_force, weight=weight))
     x, rate, turn = in_force.noise_motion
     force = MASS * turn + DAMPING * rate + STIFFNESS * x
     assert_allclose(
@@ -121,7 +122,7 @@ def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
     problem = element_problem(
         replace(sines(lambda q, v: -0.8 * DAMPING * v), rig={"drive": "force", "settle_samples": 0})
     )
-    records = force_records(problem.model, problem.records, problem.noise)
+    records = force_records(problem.model, problem.records)
     assert records
     for record in records:
         noise = record.noise_motion[0][record.counts]

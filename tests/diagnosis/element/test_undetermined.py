@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.laws import _force_derivatives, _shapes_of, law_columns
+from carrierflex.diagnosis.element.columns import _shapes_of, force_derivatives, law_columns
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import _named_values, _scatter, published_values
@@ -122,7 +122,7 @@ def test_a_shape_between_those_of_the_table_is_the_law_itself():
     v_s = np.sqrt(np.prod(_shapes_of(effect, size)[3:5]))
     parameters = problem.parameters((effect,))
     theta = np.array([MASS, STIFFNESS, DAMPING, 0.0, 1.0, 2.0, v_s])
-    J = _force_derivatives(problem.model, table.table, size, parameters, theta)
+    J = force_derivatives(problem.model, table.table, size, parameters, theta)
     J = J * (table.table.scale / table.table.scale[0])[:, None]  # of the columns as they are
     (law,) = (law for law in table.table.laws["dissipation"] if law.id == effect)
     columns = law_columns(problem.model, record, effect, size)

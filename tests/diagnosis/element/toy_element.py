@@ -7,7 +7,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.element.laws import DELAY, FORCE_SURFACE
+from carrierflex.diagnosis.element.columns import DELAY, FORCE_SURFACE
 from carrierflex.diagnosis.element.table import CLASS_GROUPS
 from tests.diagnosis.classes.toy_table import N_KNOWN, known_scores
 

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -29,7 +31,10 @@ def test_rms_by_block_counts_measured_samples_only():
     is_measured = np.ones((12, 2), dtype=bool)
     is_measured[4:6] = False
     residual = np.where(is_measured, np.where(block == 1, 3.0, 2.0)[:, None], 0.0)
-    moments = block_rms("R", np.arange(12.0), block, residual, is_measured)
+    record = SimpleNamespace(
+        name="R", time=np.arange(12.0), block=block, n_blocks=2, is_measured=is_measured
+    )
+    moments = block_rms([record], [residual])
     assert [(moment.time, moment.rms) for moment in moments] == [(1.5, 2.0), (5.5, 3.0)]
 
 

@@ -40,7 +40,7 @@ def found_delay(monkeypatch, force, size):
     """Delay where a force of some size is missing with the fifth one; the noise is one."""
     rng = np.random.default_rng(5)
     sizes = {"base": 2, **dict.fromkeys(chain(*FORCE_GROUPS.values()), 3)}
-    sizes |= dict.fromkeys(DELAY_WAYS, 2 * DELAYS.size)
+    sizes |= dict.fromkeys(DELAY_WAYS, DELAYS.size)
     ends = 1 + np.cumsum(list(sizes.values()))
     numbers = {
         name: np.arange(end - size, end)
@@ -52,13 +52,13 @@ def found_delay(monkeypatch, force, size):
     # What the force makes looks like another delay to stiffness and damping alone.
     rows[numbers["all"][9]] = column + 0.3 * rng.standard_normal(400)
     monkeypatch.setattr(
-        module, "_delay_rows", lambda body, run, groups, channels: (run.gap[:, 0], numbers)
+        module, "_delay_rows", lambda run, groups, channels: (run.gap[:, 0], numbers)
     )
     # Two runs count as one of both.
     runs = [
         SimpleNamespace(gap=rows[:, None, samples]) for samples in (slice(150), slice(150, None))
     ]
-    result = _nearest_delays(None, runs, (), np.eye(1), ClassConstants())
+    result = _nearest_delays(runs, (), np.eye(1), ClassConstants())
     assert result.keys() == set(DELAY_WAYS)
     return result["all"]
 

@@ -79,17 +79,16 @@ def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps()
 
 def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
     problem = mounting_problem(mounting_campaign(noise=0.0, seconds=40.0))
-    body = rigid_body(RIG, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
     theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
-    predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
-    motion = bushing_motions(body, problem.records, predicted)[1]
+    motion = bushing_motions(problem.model, problem.records, theta)[1]
+    body = motion.body
     bushings = -np.sum(
         TRUE_LINEAR["K1"] * motion.u[:, 1] + TRUE_LINEAR["C1"] * motion.v[:, 1], axis=0
     )
     acceleration = np.gradient(motion.rate, motion.step, axis=1)
     inertia = (body.M[N_FREE:, :N_FREE] @ acceleration)[0]
     load = motion.loads[:, 2]
-    reaction = _guide_forces(body, motion)[0]
+    reaction = _guide_forces(motion)[0]
     np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
 
 
@@ -100,10 +99,8 @@ def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
 def test_a_slider_of_the_classes_is_that_of_the_simulator(group, acts):
     """A column is the force, over that at slip, of the part that a law file keeps."""
     problem = mounting_problem(mounting_campaign(noise=0.0, seconds=40.0))
-    body = rigid_body(RIG, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
     theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
-    predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
-    motions = bushing_motions(body, problem.records, predicted)
+    motions = bushing_motions(problem.model, problem.records, theta)
     motion = motions[2]
     size = bushing_size(motions)
     (columns,) = (each.columns(motion) for each in force_groups(size) if each.id == group)

@@ -267,9 +267,9 @@ def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):
         G=stiffness[:, None] * np.eye(N_FREE, 3),
         free_output=np.eye(N_FREE),
     )
-    motions = [SimpleNamespace(loads=np.array([[0.0, 0.0, 5.0], loads]))]
+    motions = [SimpleNamespace(body=body, loads=np.array([[0.0, 0.0, 5.0], loads]))]
     decision = SimpleNamespace(classes=answer, ties=ties)
-    return _separating_load(SimpleNamespace(body=body, motions=motions), decision)
+    return _separating_load(SimpleNamespace(motions=motions), decision)
 
 
 def test_a_load_that_did_not_act_parts_tied_maps():
