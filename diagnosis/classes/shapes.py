@@ -237,12 +237,12 @@ def shape_words(
         return _memory_words(x, y, units)
     if name == COUPLED_DAMPING:
         return _coupled_words(x, y, units)
-    return f"changes by {sized(float(np.ptp(y)), units[1])}"
+    return f"changes by {_sized(float(np.ptp(y)), units[1])}"
 
 
 def length_words(value: float, unit: str) -> str:
     """A deflection with its unit, in millimetres below a tenth of a metre."""
-    return sized(value, unit)
+    return _sized(value, unit)
 
 
 def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
@@ -255,8 +255,15 @@ def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]
         0.5 * float(np.interp(top, curve.x, curve.y) - np.interp(-top, curve.x, curve.y))
         for curve in (lower, upper)
     ]
-    first, second = (sized(loss, units[1]) for loss in losses)
-    return f"loss at {sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
+    first, second = (_sized(loss, units[1]) for loss in losses)
+    return f"loss at {_sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
+
+
+def _sized(value: float, unit: str) -> str:
+    """Size with its unit; deflections and speeds below a tenth of a metre in millimetres."""
+    if unit in ("m", "m/s") and abs(value) < 0.1:
+        return f"{1e3 * value:.3g} m{unit}"
+    return f"{value:.3g} {unit}" if 0.1 <= abs(value) < 1e3 else sized(value, unit)
 
 
 def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
@@ -281,13 +288,13 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     if changes_sign:
         # The baseline's spring took a line of it: where it begins to rise says nothing.
         ends = sorted((int(np.argmin(f)), int(np.argmax(f))))
-        at = [f"{sized(float(f[k]), units[1])} at {sized(float(d[k]), units[0])}" for k in ends]
+        at = [f"{_sized(float(f[k]), units[1])} at {_sized(float(d[k]), units[0])}" for k in ends]
         words += [f"{at[0]}, then {at[1]}, beside the baseline's spring"]
     elif power:
         towards = "stiffening" if float(np.sum(x * y)) > 0.0 else "softening"
         words.append(f"{towards} as the power {power:.1f} of the deflection")
     elif far > 0.05 * float(np.abs(x).max()):
-        words.append(f"zero below {sized(far, units[0])}")
+        words.append(f"zero below {_sized(far, units[0])}")
         words.append(f"{_bending(d[n_inside - 1 :], f[n_inside - 1 :])} above")
     else:
         words.append(_bending(d, f))
@@ -296,7 +303,7 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     elif is_unequal:
         words.append(f"{weaker / stronger:.0%} as strong on the other side")
     if not changes_sign:
-        words.append(f"up to {sized(top, units[1])}")
+        words.append(f"up to {_sized(top, units[1])}")
     return ", ".join(words)
 
 
@@ -340,12 +347,12 @@ def _dissipation_words(
     if end < 0.0:
         # No damper drives: another class of the answer holds the rest of its force.
         return "its size cannot be determined together with the other cause"
-    at_top = f"{sized(end, units[1])} at {sized(top, units[0])}"
+    at_top = f"{_sized(end, units[1])} at {_sized(top, units[0])}"
     level, low, high = friction
     if level <= _STEP * end:
         return f"grows with speed, {at_top}"
-    ends = f"{sized(low, units[1])} to {sized(high, units[1])}"
-    words = f"{DRY_FRICTION}, about {sized(level, units[1])} ({ends})"
+    ends = f"{_sized(low, units[1])} to {_sized(high, units[1])}"
+    words = f"{DRY_FRICTION}, about {_sized(level, units[1])} ({ends})"
     if level / _CHANGES <= end <= _CHANGES * level:
         return f"{words}, at every speed"
     return f"{words}, {'falling' if end < level else 'growing'} with speed, {at_top}"
@@ -361,7 +368,7 @@ def _loop_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
         - np.interp(middle, *_sorted(x[~rising], y[~rising]))
     )
     end = float(np.abs(y).max())
-    words = [f"loop of {sized(float(np.ptp(y)), units[1])} over {sized(2.0 * half, units[0])}"]
+    words = [f"loop of {_sized(float(np.ptp(y)), units[1])} over {_sized(2.0 * half, units[0])}"]
     if end > 0.0 and height < 0.7 * float(np.ptp(y)):
         words.append("narrow in the middle" if height < 0.4 * np.ptp(y) else "rising to its ends")
     strong, weak = float(np.abs(outwards).max()), float(np.abs(inwards).max())
@@ -383,14 +390,14 @@ def _memory_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
         return "no relaxation"
     below = np.flatnonzero(y < 0.5 * start)
     half = f"after {float(x[below[0]]):.3g} s" if below.size else f"later than {float(x[-1]):.3g} s"
-    return f"relaxes from {sized(start, units[1])}, half of it {half}"
+    return f"relaxes from {_sized(start, units[1])}, half of it {half}"
 
 
 def _coupled_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     ends = 0.5 * float(y[0] + y[-1])
     middle = float(np.interp(0.5 * (x[0] + x[-1]), x, y))
     sense = "larger far from the middle" if ends > middle else "larger in the middle"
-    return f"{sense}, by {sized(float(np.ptp(y)), units[1])}"
+    return f"{sense}, by {_sized(float(np.ptp(y)), units[1])}"
 
 
 #: The parameter of a measured law: one where the shape is as measured.
@@ -479,8 +486,8 @@ def visited_range_warning(
     """
     text = (
         f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
-        f"reach from {sized(reached.min(), unit)} to {sized(reached.max(), unit)}, its table from "
-        f"{sized(table[0], unit)} to {sized(table[-1], unit)}"
+        f"reach from {_sized(reached.min(), unit)} to {_sized(reached.max(), unit)}, its table "
+        f"from {_sized(table[0], unit)} to {_sized(table[-1], unit)}"
     )
     continued = _CONTINUED.get(law.effect_class, "the slope of its end")
     remedy = f"beyond its table the law is extrapolated with {continued}; measure it at this size"

@@ -50,6 +50,7 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
 from carrierflex.diagnosis.wiring.refits import WiringChecks
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import even_time, filled
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -166,7 +167,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             for factor in (0.5, 1.0, 2.0):
                 amplitude = np.sqrt(2.0) * factor * size
                 drive = mean + amplitude * np.sin(2.0 * np.pi * frequency * time)
-                text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {unit}"
+                text = f"a steady sine of {frequency:.3g} Hz and amplitude {sized(amplitude, unit)}"
                 trials.append(CandidateExperiment(text, partial(self._trial, drive, step)))
         return trials
 
@@ -257,8 +258,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         change = abs(tau * (values["K1"] - values["m"] * speed_ratio**2))
         return (
             "one frequency drives all runs: a delay between force and deflection reads as damping "
-            f"and shows in no record; half a sample ({1e3 * tau:.3g} ms) moves C1 by {change:.3g} "
-            f"{model.unit_of((1, -1, 1))}, tau (K1 - m w²)"
+            f"and shows in no record; half a sample ({1e3 * tau:.3g} ms) moves C1 by "
+            f"{sized(change, model.unit_of((1, -1, 1)))}, tau (K1 - m w²)"
         )
 
     def cards_of(self, laws: Sequence[Law]) -> Sequence[EffectCard]:
