@@ -183,24 +183,10 @@ class CarrierModel:
         theta: FloatArray,
         runs: slice = slice(None),
     ) -> WeightTable:
-        """Weights of the columns and their derivatives.
+        """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 
-        Parameters
-        ----------
-        effects : tuple of str
-            Effects beside the baseline.
-        choice : mapping of str to int or slice
-            Channel of every effect of one sensor among all effects; a slice for an error of
-            several channels.
-        theta : ndarray, shape (p,)
-            Parameters.
-        runs : slice
-            Runs that are wanted; all without.
-
-        Returns
-        -------
-        WeightTable
-            For every column with a weight or a derivative anywhere.
+        `choice` is the channel of every effect of one sensor among all effects, a slice for an
+        error of several channels; `runs` are those that are wanted.
         """
         first, unknowns = self._unknowns(effects)
         unknowns = unknowns[runs]
@@ -464,14 +450,8 @@ class EffectRows:
 def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> EffectRows:
     """Rows of target, baseline and candidates.
 
-    Parameters
-    ----------
-    model : CarrierModel
-        Weights.
-    candidates : tuple of str
-        Effects beside the baseline.
-    base : ndarray, shape (p,)
-        Parameters of the fitted baseline, at which effects of a sensor are linearised.
+    `base` are the parameters of the fitted baseline, at which effects of a sensor are linearised,
+    shape (p,).
     """
     contained = contained_channels(model)
     parameters = model.parameters((), contained)

@@ -172,16 +172,8 @@ class OffOrders:
 def off_orders(campaign: Campaign) -> OffOrders:
     """Search for motion off the orders of the shaft.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-
-    Returns
-    -------
-    OffOrders
-        Lines, and the records without them: what follows looks at the orders, and at a noise that
-        no line is part of.
+    What follows looks at the records without the lines that are found: at the orders, and at a
+    noise that no line is part of.
     """
     records = campaign_off_orders(campaign)
     runs = records.searched

@@ -566,11 +566,6 @@ def flexibility(rho_s: float, rho_f: float) -> float:
 
     From pins without stiffness to a rigid fit the shares of the drawn carrier stay below 1
     (docs/reduction.md: `rho_f` and `rho_s` from 0 and 1 to 1.26 and 0.13).
-
-    Parameters
-    ----------
-    rho_s, rho_f : float
-        Shares of the curves with stiff and with flexible pins.
     """
     return rho_f + _RIGID_FIT * rho_s
 

@@ -136,11 +136,6 @@ class DeclaredGains:
         A parameter of the powers ``a`` of force, deflection and time is found ``g_F^a_F g_x^a_x``
         times too large where force and deflection are read ``g_F`` and ``g_x`` times too large:
         ``sqrt((a_F sigma_F)² + (a_x sigma_x)²)``. Time is taken as exact.
-
-        Parameters
-        ----------
-        powers : tuple of int
-            Exponents of force, deflection and time.
         """
         force, deflection, _ = powers
         if self.force_is_inertia:
@@ -224,13 +219,7 @@ _SOURCES = {
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
-    """Errors that a campaign declares of its signals, inputs first.
-
-    Parameters
-    ----------
-    known : KnownPhysics
-        Channels and inputs with their declarations.
-    """
+    """Errors that a campaign declares of its signals, inputs first."""
     errors = [
         DeclaredError(signal.name, measurement, std)
         for signal in known.inputs

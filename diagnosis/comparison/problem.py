@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,36 +127,27 @@ class Signatures:
 
 @dataclass(frozen=True, eq=False)
 class GapCell:
-    """One cell of the gap map.
+    """One cell of the gap map."""
 
-    Parameters
-    ----------
-    channel_pattern, run : str
-        Channel or sensor pattern; run.
-    order : float
-        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
-        otherwise.
-    mean_square, coherent : float
-        Mean square of the gap, and the same less the noise floor (may be negative).
-    share : float
-        Share of the whole coherent gap.
-    share_ci95 : tuple of float
-        Interval of the share.
-    p_value : float
-        Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli).
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
-
-    channel_pattern: str
-    order: float
-    run: str
-    mean_square: float
-    coherent: float
-    share: float
-    share_ci95: tuple[float, float]
-    p_value: float
-    frequency_hz: tuple[float, float] | None = None
+    channel_pattern: Annotated[str, "Channel or sensor pattern; run"]
+    order: Annotated[
+        float,
+        "Shaft order, or line number of a periodic drive; frequency over the lowest of "
+        "the map otherwise",
+    ]
+    run: Annotated[str, "Channel or sensor pattern; run"]
+    mean_square: Annotated[
+        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
+    ]
+    coherent: Annotated[
+        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
+    ]
+    share: Annotated[float, "Share of the whole coherent gap"]
+    share_ci95: Annotated[tuple[float, float], "Interval of the share"]
+    p_value: Annotated[
+        float, "Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli)"
+    ]
+    frequency_hz: Annotated[tuple[float, float] | None, "Band of the cell [Hz]"] = None
 
 
 def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:

@@ -352,18 +352,10 @@ class ClassRows:
 def class_rows(
     channels: Sequence[Channel], rig: CarrierRig, means: FloatArray, n_torques: int
 ) -> ClassRows:
-    """Rows of every shape.
+    """Rows of every shape; `n_torques` are the torques that differ.
 
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Sensors.
-    rig : CarrierRig
-        Planets, and the curve of one pin where it is known.
-    means : ndarray, shape (n_runs, 3)
-        Mean torque and radial load of each run, over nominal and over the largest.
-    n_torques : int
-        Torques that differ.
+    `means` are mean torque and radial load of each run, over nominal and over the largest, shape
+    (n_runs, 3).
     """
     functions = load_functions(n_torques)
     quantities = [channel.quantity for channel in channels]

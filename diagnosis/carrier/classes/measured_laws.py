@@ -104,17 +104,7 @@ def _signals(law: Law, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
 def beyond_visited(
     law: Law, records: CarrierSums, runs: Sequence[str]
 ) -> tuple[CampaignWarning, ...]:
-    """Warning where records leave the loads at which a law was measured; empty where none does.
-
-    Parameters
-    ----------
-    law : Law
-        Law.
-    records : CarrierSums
-        Loads of every revolution.
-    runs : sequence of str
-        Names of the runs.
-    """
+    """Warning where records leave the loads at which a law was measured; empty where none does."""
     followed = {load for follows in _followed(law) for load in LOADS_OF[follows]}
     warnings: list[tuple[float, CampaignWarning]] = []
     for column, (load, unit) in enumerate(_UNITS.items()):

@@ -115,23 +115,10 @@ class ColumnSource:
         delayed: Sequence[CarrierInputs],
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
-        """Columns of effects, and of the flexible residual model, by key.
+        """Columns of effects and of the flexible model by key [m per unit of the parameter].
 
-        Parameters
-        ----------
-        sensor : RimSensor
-            Sensor.
-        inputs : CarrierInputs
-            Inputs of n samples.
-        delayed : sequence of CarrierInputs
-            The same inputs at the nodes of the delay.
-        owners : collection of str, optional
-            Effects whose columns are wanted; default: all, and those of the flexible model.
-
-        Returns
-        -------
-        dict of tuple to ndarray, shape (n,)
-            Columns [m per unit of the parameter].
+        `delayed` are the same inputs at the nodes of the delay, `owners` the effects whose columns
+        are wanted; default: all, and those of the flexible model.
         """
         rows: dict[Key, FloatArray] = {(ONE, 0, PLAIN, 0): np.ones(inputs.time.size)}
         for effect in self.effects.values():
@@ -330,19 +317,11 @@ class RunColumns:
         owners: Collection[str] | None = None,
         source: ColumnSource | None = None,
     ) -> Iterator[BlockColumns]:
-        """Columns at a sensor, block by block.
+        """Columns at a sensor, block by block; `blocks` are the numbers of the revolutions of each.
 
-        Parameters
-        ----------
-        channel : Channel
-            Sensor.
-        blocks : sequence of ndarray of int
-            Numbers of the revolutions of every block.
-        owners : collection of str, optional
-            Effects whose columns are wanted; default: all, and those of the flexible model. The
-            target, and another simulator's prediction, are always among them.
-        source : ColumnSource, optional
-            What computes the effects' columns; default: that of the run.
+        The target, and another simulator's prediction, are always among them. Effects of `owners`
+        alone, computed by `source`; default: all, and those of the flexible model, by that of the
+        run.
         """
         for chunk in self._chunks(blocks):
             (of_chunk,) = _made_together([self], channel, [chunk], owners, source)

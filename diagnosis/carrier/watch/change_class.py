@@ -26,8 +26,7 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 
 FloatArray = NDArray[np.float64]
 
-#: Fault of the measurement, not of the machine.
-MEASUREMENT = "measurement"
+#: Faults of the measurement, not of the machine.
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 GAIN, ZERO, ANGLE = "channel/gain", "channel/zero", "channel/angle"
 CLOCK, ONE_CHANNEL = "clock/delay", "channel/other"
@@ -81,27 +80,10 @@ def named_change(
     before: FloatArray,
     loads: FloatArray,
 ) -> ChangeClass:
-    """Name the class of a change.
+    """Cheapest hypothesis on the class of a change, or that none explains enough.
 
-    Parameters
-    ----------
-    change : ndarray, shape (p, C)
-        D [m].
-    n : int
-        Revolutions after it.
-    noise : RevolutionNoise
-        Noise of a revolution.
-    baseline : RimBaseline
-        Sensors, and effects that the baseline holds.
-    before : ndarray, shape (p, C)
-        Vector of the measured signals without the change [m].
-    loads : ndarray, shape (4,)
-        Mean loads after it, as of a revolution.
-
-    Returns
-    -------
-    ChangeClass
-        The cheapest hypothesis, or that none explains enough.
+    `change` is D, `n` are the revolutions after it; `before` is the vector of the measured signals
+    without the change [m], shape (p, C); `loads` are the mean loads after it, as of a revolution.
     """
     W = _whitening(change, n, noise)
     target = np.einsum("kcd,kd->kc", W, change).ravel()

@@ -31,17 +31,7 @@ _BAD = (*DAMAGED_ARCHIVE, ValueError, TypeError, ArithmeticError, RuntimeError, 
 
 
 def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
-    """Write the state, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File (.npz).
-    watch : TurbineWatch
-        Watch.
-    key : str
-        What the watch is of: baseline and options.
-    """
+    """Write the state, whole or not at all; `key` says of what baseline and options it is."""
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -67,11 +57,8 @@ def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
 def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: str) -> TurbineWatch:
     """Watch as it was when its state was written.
 
-    Raises
-    ------
-    ValueError
-        Where the file is no state, damaged, of a newer version, or of another baseline or other
-        options.
+    ValueError where the file is no state, damaged, of a newer version, or of another baseline or
+    other options.
     """
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:

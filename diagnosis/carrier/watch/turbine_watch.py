@@ -40,26 +40,14 @@ READS_AGAIN = "channel_reads_again"
 
 @dataclass(frozen=True)
 class WatchOptions:
-    """What decides an alarm.
+    """What decides an alarm."""
 
-    Parameters
-    ----------
-    learn : int
-        Revolutions of the learning period.
-    least : float
-        Smallest change that is looked for, in noise floors: the dead band.
-    false_alarms : float
-        Mean number of false alarms a turbine-day.
-    drift : float
-        Drift of the offset of all axial channels that is followed [noise floors an hour].
-    remaining : float
-        What the diagnosed baseline leaves above the noise [m]: no change below it is looked for.
-    """
-
-    learn: int = 200
-    least: float = 1.0
-    false_alarms: float = 1e-3
+    learn: int = 200  # Revolutions of the learning period
+    least: float = 1.0  # Smallest change that is looked for, in noise floors: the dead band
+    false_alarms: float = 1e-3  # Mean number of false alarms a turbine-day
+    #: Drift of the offset of all axial channels that is followed [noise floors an hour]
     drift: float = 5.0
+    #: What the diagnosed baseline leaves above the noise [m]: no change below it is looked for
     remaining: float = 0.0
 
 
@@ -100,18 +88,10 @@ class Alarm:
 
 @dataclass
 class TurbineWatch:
-    """State of a watch; `take` is its only action.
+    """State of a watch; `take` is its only action."""
 
-    Parameters
-    ----------
-    baseline : RimBaseline
-        What is predicted.
-    options : WatchOptions
-        What decides an alarm.
-    """
-
-    baseline: RimBaseline
-    options: WatchOptions
+    baseline: RimBaseline  # What is predicted
+    options: WatchOptions  # What decides an alarm
     n_revolutions: int = 0
     n_omitted: int = 0
     position: float = -np.inf
@@ -150,20 +130,7 @@ class TurbineWatch:
         return self.noise is None
 
     def take(self, columns: Mapping[str, FloatArray], file: str = "") -> Alarm | None:
-        """Take the samples of the next turn.
-
-        Parameters
-        ----------
-        columns : mapping of str to ndarray
-            Samples from a splitter.
-        file : str
-            File of the last of them.
-
-        Returns
-        -------
-        Alarm or None
-            The alarm that it raises.
-        """
+        """Take the samples of the next turn, which ends in a file; the alarm that it raises."""
         self.position, self.file = float(columns["time"][-1]), file
         revolution = self.baseline.revolution(columns)
         if revolution is None:
