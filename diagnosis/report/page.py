@@ -17,7 +17,6 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
-from carrierflex.diagnosis.report.carrier_drawing import carrier_figure, shown_dimensions
 from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
     inline_svg,
@@ -27,7 +26,11 @@ from carrierflex.diagnosis.report.figures import (
     signal_figure,
 )
 from carrierflex.diagnosis.report.gap_map_figure import colour_limits, gap_map_figure
-from carrierflex.diagnosis.report.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.machine_drawing import (
+    carrier_figure,
+    machine_figure,
+    shown_dimensions,
+)
 from carrierflex.diagnosis.report.report_data import ReportData
 from carrierflex.diagnosis.report.words import added_effects, sized
 from carrierflex.diagnosis.results import Diagnosis
