@@ -19,13 +19,14 @@ from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
 from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
+    colour_limits,
+    gap_map_figure,
     inline_svg,
     panel_figure,
     remainder_factor,
     shape_figure,
     signal_figure,
 )
-from carrierflex.diagnosis.report.gap_map_figure import colour_limits, gap_map_figure
 from carrierflex.diagnosis.report.machine_drawing import (
     carrier_figure,
     machine_figure,

@@ -9,8 +9,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, SignalComparison, Trace
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.figures import stretch_of
-from carrierflex.diagnosis.report.gap_map_figure import GapGrid, gap_grids
+from carrierflex.diagnosis.report.figures import GapGrid, gap_grids, stretch_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
