@@ -83,11 +83,6 @@ class WeightTable:
     slopes: FloatArray
 
     @property
-    def used(self) -> tuple[IntArray, FloatArray]:
-        """Columns and their weights without the derivatives, which are many times as large."""
-        return self.columns, self.values
-
-    @property
     def residual(self) -> FloatArray:
         """Weights of the target less the signals, shape (n_runs, n_channels, u)."""
         residual = -self.values

@@ -5,7 +5,7 @@ Its library, and everything else as algebra on sums over the records.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -104,6 +104,7 @@ _RIDGE = 1e-9
 _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
+_LOADS = ("torque", "ntl_y", "ntl_z")
 #: Comparison problem that measured what a model predicts under the inputs of another campaign.
 _Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
@@ -217,11 +218,7 @@ class CarrierProblem(ComparisonProblem):
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
         baseline = self.campaign.baseline
-        excluded = {
-            *self.model.contained,
-            *baseline.effects,
-            *baseline.impossible,
-        }
+        excluded = {*self.model.contained, *baseline.effects, *baseline.impossible}
         return {
             name: card_of(effect)
             for name, effect in self.model.effects.items()
@@ -408,7 +405,16 @@ class CarrierProblem(ComparisonProblem):
 
     def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
         """Columns of a model's signals and their weights by run and channel."""
-        return self._slices.values(lambda runs: self._weights(effects, theta, runs).used)
+        tables = []
+        for runs in self._slices.slices:
+            table = self._weights(effects, theta, runs)
+            # Without the derivatives, which are many times as large.
+            tables.append((runs, table.columns, table.values))
+        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
+        values = np.zeros((len(self.campaign.runs), self.n_channels, columns.size))
+        for runs, used, of_slice in tables:
+            values[runs, :, np.searchsorted(columns, used)] = of_slice
+        return columns, values
 
     @cached_property
     def _slices(self) -> RunSlices:
@@ -421,13 +427,8 @@ class CarrierProblem(ComparisonProblem):
 
     @cached_property
     def _quick_theta(self) -> Callable[[Effects], FloatArray]:
-        """Closed-form fit of a set of effects, kept once it is found."""
-
-        def quick_theta(effects: Effects) -> FloatArray:
-            """Closed-form parameters of the set, each effect on its own channel."""
-            return self._best_of(effects, self._choice(effects))[0]
-
-        return cache(quick_theta)
+        """Closed-form fit of a set, each effect on its own channel, kept once it is found."""
+        return cache(lambda effects: self._best_of(effects, self._choice(effects))[0])
 
     def _searched_channels(self, effects: Effects) -> Choice:
         """Channel of every effect of one sensor, one after the other; the contained ones first."""
@@ -573,11 +574,8 @@ def flexibility(rho_s: float, rho_f: float) -> float:
 def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysics:
     """What is known, with the sizes of causes inside the stage: those that it was solved at."""
     response = KnownValue(1.0, RESPONSE_STD)
-    fixed = {
-        f"{cause.id}.{RESPONSE}": response
-        for cause in causes
-        if cause.parameters[0].name == RESPONSE
-    }
+    solved = [cause.id for cause in causes if cause.parameters[0].name == RESPONSE]
+    fixed = {f"{name}.{RESPONSE}": response for name in solved}
     return replace(known, fixed={**fixed, **known.fixed})
 
 
@@ -613,12 +611,11 @@ def _experiments(
     campaign: Campaign, source: ColumnSource, under: _Under
 ) -> tuple[CandidateExperiment, ...]:
     """Steps of torque, of radial load along z and y, and radial loads at low torque."""
-    # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
-    # radial sensor.
     nominal = source.rig.nominal_torque
-    has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
     force = size if size > 1.0 else _RADIAL_LOAD
+    recorded = np.array([[mean_load(run, name) for name in _LOADS] for run in campaign.runs])
+    recorded /= (nominal, force, force)
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
     kilo = f"{force / 1e3:g} kN"
     plans: list[tuple[str, list[_Load]]] = [
@@ -639,71 +636,48 @@ def _experiments(
             [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
         ),
     ]
-    candidate_experiments = []
-    units = {"torque": nominal, "ntl_y": force, "ntl_z": force}
-    recorded = np.array(
-        [[mean_load(run, name) / unit for name, unit in units.items()] for run in campaign.runs]
-    )
-    for text, shares_of_loads in plans if has_radial_load else plans[:1]:
+    experiments = []
+
+    def add(text: str, shares_of_loads: Sequence[_Load], *sensors: Channel) -> None:
+        loads = [(t * nominal, y * force, z * force) for t, y, z in shares_of_loads]
+        runs = _steady_runs(campaign, loads, source.speed, sensors)
+        experiments.append(CandidateExperiment(text, partial(under, runs)))
+
+    for text, shares_of_loads in plans if "ntl_y" in campaign.contract.inputs else plans[:1]:
         nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]
-        if max(nearest) < _AS_RECORDED:
-            continue
-        loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
-        runs = _steady_runs(campaign, loads, source.speed)
-        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
+        if max(nearest) >= _AS_RECORDED:
+            add(text, shares_of_loads)
+    # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
+    # radial sensor.
     if TOLERANCES in campaign.rig and not _has_radial(campaign):
-        first = campaign.channels[0]
-        sensor = replace(first, name="radial", quantity=RADIAL)
-        loads = [(share * nominal, 0.0, 0.0) for share in (0.25, 0.5, 1.0)]
-        runs = _steady_runs(campaign, loads, source.speed, (sensor,))
-        text = "steps of 25, 50 and 100 % torque with one radial sensor at the rim more"
-        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
-    return tuple(candidate_experiments)
+        add(
+            "steps of 25, 50 and 100 % torque with one radial sensor at the rim more",
+            [(share, 0.0, 0.0) for share in (0.25, 0.5, 1.0)],
+            replace(campaign.channels[0], name="radial", quantity=RADIAL),
+        )
+    return tuple(experiments)
 
 
 def _has_radial(campaign: Campaign) -> bool:
     return any(channel.quantity == RADIAL for channel in campaign.channels)
 
 
-def _builder(
-    campaign: Campaign, under: _Under
-) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
-    def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
-        return under(campaign, effects, theta)
-
-    return build
-
-
 def _steady_runs(
-    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...] = ()
+    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...]
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
     channels = (*campaign.channels, *added)
     n = _REVOLUTIONS * _SAMPLES + 1
     angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
     blank = {channel.name: np.zeros(n) for channel in channels}
-    runs = tuple(
-        Run(
-            f"step {k + 1}",
-            f"step{k + 1}.csv",
-            f"step {k + 1}",
-            angle / speed,
-            {
-                name: values
-                for name, values in {
-                    "carrier_angle": angle,
-                    "torque": np.full(n, t),
-                    "ntl_y": np.full(n, y),
-                    "ntl_z": np.full(n, z),
-                }.items()
-                if name in campaign.contract.inputs
-            },
-            blank,
-        )
-        for k, (t, y, z) in enumerate(loads)
-    )
+    runs = []
+    for k, load in enumerate(loads, start=1):
+        columns = {"carrier_angle": angle}
+        columns |= {name: np.full(n, one) for name, one in zip(_LOADS, load, strict=True)}
+        inputs = {name: one for name, one in columns.items() if name in campaign.contract.inputs}
+        runs.append(Run(f"step {k}", f"step{k}.csv", f"step {k}", angle / speed, inputs, blank))
     baseline = replace(campaign.baseline, source="model")
-    return replace(campaign, channels=channels, runs=runs, baseline=baseline)
+    return replace(campaign, channels=channels, runs=tuple(runs), baseline=baseline)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:
@@ -728,17 +702,16 @@ def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
     # Declared noise first. Otherwise what is left of a revolution about its own orders, and half
     # the squared change of every order from one revolution to the next: drift and slow changes of
     # the load hardly enter.
-    measured = _scatter(records)
-    variances = []
+    variances = _scatter(records)
     for c, channel in enumerate(campaign.channels):
-        value = channel.noise_std**2 if channel.noise_std is not None else float(measured[c])
-        if not np.isfinite(value):
+        if channel.noise_std is not None:
+            variances[c] = channel.noise_std**2
+        if not np.isfinite(variances[c]):
             raise ValueError(
                 f"channel {channel.name}: no revolution has enough samples to separate noise from "
                 "signal; give 'noise_std'"
             )
-        variances.append(value)
-    return np.array(variances)
+    return variances
 
 
 def _scatter(records: CarrierSums) -> FloatArray:
@@ -748,8 +721,7 @@ def _scatter(records: CarrierSums) -> FloatArray:
     change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)
     fitted = 2.0 * target.shape[2] - 1.0
     result = np.full(target.shape[1], np.nan)
-    for c in range(target.shape[1]):
-        square, degrees = records.within[:, c].sum(axis=0)
+    for c, (square, degrees) in enumerate(records.within.sum(axis=0)):
         if degrees <= 0.0:
             continue
         result[c] = square / degrees

@@ -370,7 +370,7 @@ def _products(
     before = np.zeros(end)
     for run in range(len(model.runs)):
         of_classes = rows.classes.of_run(run)
-        segments = records.segments_of_run(run)
+        segments = records.segments_of(slice(run, run + 1))
         blocks, first = np.unique(block_of_segment[segments], return_index=True)
         gram = np.zeros((blocks.size, size, size))
         products = records.products_of_basis(segments, first)

@@ -57,9 +57,8 @@ MOST_BLOCKS = 12
 #: a whole diagnosis, beyond which a campaign is refused.
 _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
-#: Bytes of the program itself, and of what works on records and products: an estimate.
-_PROGRAM = 300_000_000
-_AT_WORK = 800_000_000
+#: Bytes of the program itself and of what works on records and products: an estimate.
+_PROGRAM = 1_100_000_000
 #: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
 #: Bytes of order amplitudes up to which those of the basis are stored.
@@ -111,21 +110,18 @@ def _column_basis(
 ) -> _ColumnBasis:
     """Basis of the columns of every sensor at some samples of all runs."""
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
-    members = []
-    of_channels = []
-    largest = []
+    members, of_channels, largest = [], [], []
     # Channel by channel: the columns of all of them are several times the records.
-    some = some_samples(runs, source, n_samples)
+    rows_at = some_samples(runs, source, n_samples)
     n_effects = columns_of_campaign(runs[0], channels[0], source).flexible.start - 1
     for channel in channels:
-        table = some.rows(channel)
+        table = rows_at(channel)
         table = table[:, np.isfinite(table).all(axis=0)]
         chosen, combinations = _combinations(table, n_effects)
         members.append(chosen)
         of_channels.append(combinations)
         largest.append(np.abs(table).max(axis=1, initial=0.0))
-    size = max(chosen.size for chosen in members)
-    weights = np.zeros((len(channels), len(largest[0]), size))
+    weights = np.zeros((len(channels), len(largest[0]), max(chosen.size for chosen in members)))
     for c, combinations in enumerate(of_channels):
         weights[c, :, : combinations.shape[1]] = combinations
     return _ColumnBasis(tuple(members), weights, np.array(largest))
@@ -243,9 +239,9 @@ class CarrierSums:
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
 
-    def segments_of_run(self, run: int) -> slice:
-        """Segments of a run."""
-        first, end = np.searchsorted(self.run_of_segment, [run, run + 1])
+    def segments_of(self, runs: slice) -> slice:
+        """Segments of some neighbouring runs."""
+        first, end = np.searchsorted(self.run_of_segment, [runs.start, runs.stop])
         return slice(int(first), int(end))
 
     def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
@@ -255,9 +251,8 @@ class CarrierSums:
         """
         stored = np.add.reduceat(self.products[segments], first, axis=0)
         target = np.add.reduceat(self.target[segments], first, axis=0)
-        every = np.arange(self.basis.size)
-        result = np.zeros((*stored.shape[:2], every.size + 1, every.size + 1))
-        result[..., 1:, 1:] = stored[..., self.triangle(every[:, None], every)]
+        result = np.zeros((*stored.shape[:2], *2 * (self.basis.size + 1,)))
+        result[..., 1:, 1:] = stored[..., self._square]
         for c, members in enumerate(self.basis.members):
             with_target = target[:, c, np.append(0, 1 + members)]
             result[:, c, 0, : 1 + members.size] = with_target
@@ -275,8 +270,7 @@ class CarrierSums:
         The `columns` (target first) are weighted by run and channel, shape (n_runs, C, u); zero for
         the target.
         """
-        every = np.arange(self.basis.size)
-        triangle = self.triangle(every[:, None], every)
+        triangle = self._square
         of_columns = self.basis.weights[:, columns[1:] - 1]
         target = np.empty_like(self.target)
         for p, run in enumerate(self.run_of_segment):
@@ -288,6 +282,12 @@ class CarrierSums:
         n_turns, n_channels, _, n_orders = self.amplitudes.shape
         no_orders = np.broadcast_to(np.complex128(np.nan), (n_turns, n_channels, 1, n_orders))
         return replace(self, target=target, amplitudes=no_orders)
+
+    @property
+    def _square(self) -> IntArray:
+        """Numbers of the products of all columns of the basis in their triangle, shape (b, b)."""
+        every = np.arange(self.basis.size)
+        return self.triangle(every[:, None], every)
 
     def triangle(self, rows: IntArray, columns: IntArray) -> IntArray:
         """Numbers of the products of columns of the basis in their triangle."""
@@ -360,7 +360,10 @@ def _filled(
 def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    needed = _needed_memory(campaign, index.size, n_basis)
+    records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
+    n_stored = n_basis * (n_basis + 1) // 2 + index.size
+    # Lines beside the orders are taken out of a copy of the records.
+    needed = _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored
     if needed > _MOST_MEMORY:
         raise ValueError(
             f"{n_runs} runs of {n_channels} channels: a diagnosis takes {needed / 1e9:.1f} GB of "
@@ -371,15 +374,6 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     n_columns = index.flexible.start
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
     return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
-
-
-def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
-    """Bytes that a diagnosis takes at most: program, records, products, and what works on them."""
-    n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
-    n_stored = n_basis * (n_basis + 1) // 2 + n_columns
-    # Lines beside the orders are taken out of a copy of the records.
-    return _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored + _AT_WORK
 
 
 def _fill(
@@ -453,27 +447,20 @@ def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     return np.maximum((products * residual).sum(axis=-1), 0.0)
 
 
-class _StoredProducts:
+class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]):
     """Products by name, columns and first run, the last used of them up to a limit of bytes."""
-
-    def __init__(self) -> None:
-        self._products: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
-        self._n_bytes = 0
 
     def of(
         self, name: str, columns: IntArray, runs: slice, make: Callable[[], FloatArray]
     ) -> FloatArray:
         """Products that are stored, or made and stored."""
         key = (name, tuple(columns.tolist()), int(runs.start))
-        if key in self._products:
-            self._products.move_to_end(key)
-            return self._products[key]
-        made = make()
-        self._products[key] = made
-        self._n_bytes += made.nbytes
-        while self._n_bytes > _STORED_BYTES and len(self._products) > 1:
-            self._n_bytes -= self._products.popitem(last=False)[1].nbytes
-        return made
+        if key not in self:
+            self[key] = make()
+        self.move_to_end(key)
+        while len(self) > 1 and sum(one.nbytes for one in self.values()) > _STORED_BYTES:
+            self.popitem(last=False)
+        return self[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -497,8 +484,7 @@ class RunSlices:
 
     def segments(self, runs: slice) -> slice:
         """Segments of the runs of a slice."""
-        first, end = np.searchsorted(self.records.run_of_segment, [runs.start, runs.stop])
-        return slice(int(first), int(end))
+        return self.records.segments_of(runs)
 
     def run_of_segment(self, runs: slice) -> IntArray:
         """Number of the run of every segment of a slice, counted in the slice."""
@@ -519,20 +505,6 @@ class RunSlices:
         return self._stored.of(
             "runs", columns, runs, lambda: np.add.reduceat(self.gram(columns, runs), first, axis=0)
         )
-
-    def values(
-        self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
-    ) -> tuple[IntArray, FloatArray]:
-        """Numbers of the columns in use and their weights in all runs, shape (n_runs, C, u).
-
-        `weights_in` gives the same for the runs of a slice.
-        """
-        tables = [(runs, *weights_in(runs)) for runs in self.slices]
-        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
-        values = np.zeros((self.n_runs, self.records.counts.shape[1], columns.size))
-        for runs, used, of_slice in tables:
-            values[runs, :, np.searchsorted(columns, used)] = of_slice
-        return columns, values
 
     @cached_property
     def _stored(self) -> _StoredProducts:

@@ -70,7 +70,7 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
     for recorded, holds in ((run, True), (pushed, False)):
-        assert basis.holds(0, some_samples([recorded], source, 40).rows(CHANNELS[0])) is holds
+        assert basis.holds(0, some_samples([recorded], source, 40)(CHANNELS[0])) is holds
 
 
 def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):
