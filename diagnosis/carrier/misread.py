@@ -36,7 +36,7 @@ from carrierflex.diagnosis.comparison.known_physics import (
     Misreading,
     declared_errors,
 )
-from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
@@ -221,7 +221,9 @@ class CarrierReading:
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
         everywhere: ChannelChoice = {**self.choice, name: slice(None)}
-        first = int(np.flatnonzero(self._is_of(name, with_error))[0])
+        named = {**self.choice, name: self.choice.get(name, 0)}
+        owners = [p.effect for p in self.model.parameters(with_error, named)]
+        first = owners.index(name)
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.products.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
@@ -234,12 +236,6 @@ class CarrierReading:
             products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
             _add_by_unknown(scores, fitted.unknowns, products)
         return scores
-
-    def _is_of(self, name: str, effects: Effects) -> BoolArray:
-        """Whether each parameter of a set is of an effect."""
-        named = {**self.choice, name: self.choice.get(name, 0)}
-        parameters = self.model.parameters(effects, named)
-        return np.array([parameter.effect == name for parameter in parameters], dtype=bool)
 
 
 def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:

@@ -77,20 +77,9 @@ def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
     return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
 
 
-def _spectra_over_turns(runs: Sequence[RunOffOrders]) -> _Spectra:
-    """Spectra over the carrier's angle: what keeps its order whatever the speed."""
-    return _spectra(runs, [run.turns for run in runs], [1.0] * len(runs))
-
-
-def _spectra_over_time(runs: Sequence[RunOffOrders]) -> _Spectra:
-    """Spectra over time: what keeps its frequency whatever the speed."""
-    return _spectra(runs, [run.time for run in runs], [run.speed for run in runs])
-
-
-def _spectra(
-    runs: Sequence[RunOffOrders], coordinates: Sequence[FloatArray], order_spacing: Sequence[float]
-) -> _Spectra:
-    """Spectra over `coordinates`; the orders of a run lie at multiples of its `order_spacing`."""
+def _spectra(runs: Sequence[RunOffOrders], *, is_order: bool) -> _Spectra:
+    """Spectra over turns, of what keeps its order whatever the speed, or over time."""
+    coordinates = [run.turns if is_order else run.time for run in runs]
     lengths = [float(axis[-1] - axis[0]) for axis in coordinates]
     resolution = 1.0 / max(lengths)
     highest = [
@@ -104,11 +93,11 @@ def _spectra(
     of_channel = np.zeros((n_channels, n_lines))
     n_runs = np.zeros(n_lines, dtype=np.int64)
     log_p = np.zeros(n_lines)
-    for r, (run, coordinate) in enumerate(zip(runs, coordinates, strict=True)):
-        spacing = order_spacing[r]
+    for run, coordinate, length, end in zip(runs, coordinates, lengths, highest, strict=True):
+        spacing = 1.0 if is_order else run.speed
         from_order = np.abs(axis - spacing * np.round(axis / spacing))
-        is_off = (from_order > _NEAR_AN_ORDER / lengths[r]) & (axis > _FROM_ZERO / lengths[r])
-        allowed = is_off & (axis < highest[r])
+        is_off = (from_order > _NEAR_AN_ORDER / length) & (axis > _FROM_ZERO / length)
+        allowed = is_off & (axis < end)
         power = np.array(
             [_relative_power(values, coordinate, axis, allowed) for values in run.values]
         )
@@ -176,22 +165,16 @@ def off_orders(campaign: Campaign) -> OffOrders:
     noise that no line is part of.
     """
     records = campaign_off_orders(campaign)
-    runs = records.searched
+    runs = remaining = records.searched
     speeds = {run.name: run.speed for run in runs}
-    if not runs:
-        return OffOrders(campaign, speeds, (), (), ())
-    remaining = runs
     chosen: list[_Line] = []
-    while len(chosen) < _MOST_CHOSEN:
+    while runs and len(chosen) < _MOST_CHOSEN:
         line = _next_line(remaining)
         if line is None:
             break
         chosen.append(line)
         remaining = tuple(_without(run, chosen) for run in runs)
-    if not chosen:
-        return OffOrders(campaign, speeds, (), (), ())
-    lines, _ = _fitted_lines(runs, chosen)
-    repeating, shares = _repeating(runs, chosen, _bands(lines, speeds))
+    repeating, shares = _repeating(runs, chosen, speeds)
     if not repeating:
         return OffOrders(campaign, speeds, (), (), ())
     # Lines that stay are fitted anew without the others, and numbered anew.
@@ -207,13 +190,15 @@ def off_orders(campaign: Campaign) -> OffOrders:
 
 
 def _repeating(
-    runs: Sequence[RunOffOrders], chosen: Sequence[_Line], bands: Sequence[tuple[int, ...]]
+    runs: Sequence[RunOffOrders], chosen: Sequence[_Line], speeds: Mapping[str, float]
 ) -> tuple[list[tuple[int, ...]], list[float]]:
     """Bands whose amplitudes predict other turns, and the share of them that they predict."""
+    if not chosen:
+        return [], []
     # An order whose size changes from turn to turn has power beside it that lines can follow and
     # never predict: it is no line.
     repeating, shares = [], []
-    for band in bands:
+    for band in _bands(_fitted_lines(runs, chosen)[0], speeds):
         others = [line for k, line in enumerate(chosen) if k not in band]
         alone = [_without(run, others) for run in runs] if others else list(runs)
         share = _explained(alone, [chosen[k] for k in band])
@@ -225,10 +210,10 @@ def _repeating(
 
 def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
     """Position, whether it is an order, p-value of the surest line; None where noise is left."""
-    over_turns, over_time = _spectra_over_turns(runs), _spectra_over_time(runs)
     total = sum(float((run.values**2).sum()) for run in runs)
     candidates = []
-    for spectra, is_order in ((over_turns, True), (over_time, False)):
+    for is_order in (True, False):
+        spectra = _spectra(runs, is_order=is_order)
         position, p_value = spectra.best_line()
         if p_value >= _LARGEST_P:
             continue
@@ -263,15 +248,10 @@ def _refined(
     runs: Sequence[RunOffOrders], position: float, resolution: float, is_order: bool
 ) -> tuple[float, float]:
     """Position at which a wave takes most of the power, and that power."""
-
-    def lost(trial: float) -> float:
-        """Power that the wave leaves, up to a constant."""
-        return -sum(_wave_power(run, trial, is_order) for run in runs)
-
     half = 2.0 * resolution
     lowest = max(position - half, _FROM_ZERO * resolution)
     best = minimize_scalar(
-        lost,
+        lambda trial: -sum(_wave_power(run, trial, is_order) for run in runs),
         bounds=(lowest, max(position, lowest) + half),
         method="bounded",
         options={"xatol": 1e-6},
@@ -355,20 +335,14 @@ def _bands(
     power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
     bands: list[list[int]] = []
     for k in sorted(range(len(lines)), key=lambda k: -power[k]):
-        near = next(
-            (
-                band
-                for band in bands
-                if abs(orders[band[0]] - orders[k]) < _ONE_BAND
-                and _channel_alone(lines[band[0]]) == _channel_alone(lines[k])
-            ),
-            None,
-        )
-        if near is None:
-            bands.append([k])
+        for band in bands:
+            is_near = abs(orders[band[0]] - orders[k]) < _ONE_BAND
+            if is_near and _channel_alone(lines[band[0]]) == _channel_alone(lines[k]):
+                band.append(k)
+                break
         else:
-            near.append(k)
-    return tuple(tuple(band) for band in bands)
+            bands.append([k])
+    return tuple(map(tuple, bands))
 
 
 def _channel_alone(*lines: OffOrderLine) -> int | None:

@@ -57,6 +57,8 @@ _EVERY, _CLOSEST = 30, 10.0
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
 #: Zero and calibration of strain gauges on the main shaft beside its main bearing [N m]; chosen.
 _BENDING_ERROR = 1e3
+#: Difference of loads and speed, over the largest, that is the same condition.
+_AS_PLANNED = 0.05
 #: Samples of a turn at least, in an added run.
 _SAMPLES_A_TURN = 36
 
@@ -95,7 +97,8 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
     sensors = _feasible_sensors(campaign, limits)
     runs = tuple(_steady_run(campaign, load, seconds) for load in loads)
     pool = replace(
-        _with_blank_channels(campaign, sensors),
+        campaign,
+        channels=(*campaign.channels, *sensors),
         runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
     )
     minutes_of_plan = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
@@ -122,7 +125,7 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
 def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     """Loads that no planned run has."""
     nominal = float(campaign.rig["nominal_torque"])
-    speed = _mean_speed(campaign)
+    speed = max(map(_speed, campaign.runs), key=abs)
     has_radial = "ntl_y" in campaign.contract.inputs
     loads = []
     for share in _TORQUES:
@@ -142,24 +145,20 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
                     z * force, speed,
                 )  # fmt: skip
                 loads.append(load)
-    present = [
-        (mean_load(run, "torque"), mean_load(run, "ntl_y"), mean_load(run, "ntl_z"), _speed(run))
-        for run in campaign.runs
-    ]
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
-    return [
-        load
-        for load in loads
-        if not any(
-            np.allclose(
-                np.array([load.torque, load.ntl_y, load.ntl_z, load.speed]) / scale,
-                np.array(planned) / scale,
-                atol=0.05,
-                rtol=0.0,
-            )
-            for planned in present
-        )
-    ]
+    planned = np.array(
+        [
+            [*(mean_load(run, name) for name in ("torque", *_NTL)), _speed(run)]
+            for run in campaign.runs
+        ]
+    )
+
+    def is_planned(load: _Load) -> bool:
+        possible = np.array([load.torque, load.ntl_y, load.ntl_z, load.speed])
+        apart = np.abs(possible / scale - planned / scale)
+        return bool((apart <= _AS_PLANNED).all(axis=1).any())
+
+    return [load for load in loads if not is_planned(load)]
 
 
 def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
@@ -207,15 +206,8 @@ def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
 
 
 def _sensor_text(channel: Channel) -> str:
-    words = "axial" if channel.quantity == AXIAL else "radial"
-    return f"an {words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg".replace(
-        "an radial", "a radial"
-    )
-
-
-def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaign:
-    runs = tuple(_blank(run, more) for run in campaign.runs)
-    return replace(campaign, channels=(*campaign.channels, *more), runs=runs)
+    words = "an axial" if channel.quantity == AXIAL else "a radial"
+    return f"{words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg"
 
 
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
@@ -227,8 +219,8 @@ def _blank(run: Run, channels: Sequence[Channel]) -> Run:
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     """Run under one load; its signals are blank."""
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
-    least = _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi)
-    time = np.arange(round(seconds * max(float(rate), least)) + 1) / max(float(rate), least)
+    rate = max(float(rate), _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi))
+    time = np.arange(round(seconds * rate) + 1) / rate
     columns = {
         "carrier_angle": load.speed * time,
         "torque": np.full(time.size, load.torque),
@@ -244,11 +236,6 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
 def _speed(run: Run) -> float:
     angle = run.inputs["carrier_angle"]
     return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
-
-
-def _mean_speed(campaign: Campaign) -> float:
-    speeds = [_speed(run) for run in campaign.runs]
-    return max(speeds, key=abs)
 
 
 def carrier_planned_table(

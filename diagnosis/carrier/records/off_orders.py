@@ -1,6 +1,6 @@
 """Signals off the shaft's orders: what a run holds once its orders are taken out."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -71,12 +71,8 @@ class CampaignOffOrders:
         if self.searches_all:
             yield from self.searched
             return
-        for run in self.campaign.runs:
-            made = _run_off_orders(
-                run.within_use(), self.campaign.channels, _followed_orders(self.campaign)
-            )
-            if made is not None:
-                yield self.shared.without(*made) if self.shared else made[0]
+        for made in _runs_off_orders(self.campaign, range(len(self.campaign.runs))):
+            yield self.shared.without(*made) if self.shared else made[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,51 +101,38 @@ def campaign_off_orders(campaign: Campaign) -> CampaignOffOrders:
     searched, drawn over all.
     """
     numbers = _searched(campaign)
-    followed = _followed_orders(campaign)
-    made = (
-        _run_off_orders(campaign.runs[r].within_use(), campaign.channels, followed) for r in numbers
-    )
-    searched = [entry for entry in made if entry is not None]
-    runs = tuple(run for run, _ in searched)
-    loaded = [loads for _, loads in searched]
-    shared = _shared_orders(runs, loaded)
-    if shared is not None:
-        runs = tuple(shared.without(run, loads) for run, loads in zip(runs, loaded, strict=True))
-    return CampaignOffOrders(campaign, runs, shared, len(numbers) == len(campaign.runs))
+    made = list(_runs_off_orders(campaign, numbers))
+    shared = _shared_orders(made)
+    searched = tuple(shared.without(*one) if shared else one[0] for one in made)
+    return CampaignOffOrders(campaign, searched, shared, len(numbers) == len(campaign.runs))
 
 
-def _followed_orders(campaign: Campaign) -> int:
-    """Highest order that follows the loads: 12 of three planets."""
-    return highest_order(int(campaign.rig["n_planets"]))
-
-
-def _searched(campaign: Campaign) -> list[int]:
+def _searched(campaign: Campaign) -> Sequence[int]:
     """Numbers of the runs that are searched: all, or as many of them as may be kept."""
     n_runs = len(campaign.runs)
     samples = sum(min(run.time.size, _MOST_SAMPLES) for run in campaign.runs)
     share = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
     if share >= 1.0:
-        return list(range(n_runs))
+        return range(n_runs)
     # Every tenth run may be of one condition.
     drawn = np.random.default_rng(0).permutation(n_runs)[: max(int(share * n_runs), 1)]
     return np.sort(drawn).tolist()
 
 
 def _shared_orders(
-    runs: Sequence[RunOffOrders], loaded: Sequence[Sequence[FloatArray]]
+    made: Sequence[tuple[RunOffOrders, Sequence[FloatArray]]],
 ) -> _SharedOrders | None:
     """What the orders make of the loads with the same sizes in every run; None where nothing."""
     # A torque that ripples makes lines beside every order that follows it. A run too short to tell
     # how its orders follow the loads leaves them beside the orders; all runs together tell it, as
     # the size per newton metre is one.
+    runs = [run for run, _ in made]
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
-    if not runs or n_loads < 1:
+    if n_loads < 1:
         return None
-    followed = [np.hstack(loads[:n_loads]) for loads in loaded]
-    table = np.vstack(
-        [run.without_orders(loads) for run, loads in zip(runs, followed, strict=True)]
-    )
+    followed = [np.hstack(loads[:n_loads]) for _, loads in made]
+    table = np.vstack([run.without_orders(x) for run, x in zip(runs, followed, strict=True)])
     energy = np.sqrt((table**2).sum(axis=0))
     # What every run follows by itself is rounding here.
     counts = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
@@ -158,6 +141,20 @@ def _shared_orders(
     values = np.hstack([run.values for run in runs]).T
     sizes = np.linalg.lstsq(table[:, counts] / energy[counts], values, rcond=_ALIKE)[0]
     return _SharedOrders(n_loads, counts, energy[counts], np.asarray(sizes, dtype=np.float64))
+
+
+def _runs_off_orders(
+    campaign: Campaign, numbers: Iterable[int]
+) -> Iterator[tuple[RunOffOrders, list[FloatArray]]]:
+    """Runs that are long enough, each with its orders times each load that all runs share."""
+    # 12 of three planets follow the loads.
+    followed_orders = highest_order(int(campaign.rig["n_planets"]))
+    for number in numbers:
+        made = _run_off_orders(
+            campaign.runs[number].within_use(), campaign.channels, followed_orders
+        )
+        if made is not None:
+            yield made
 
 
 def _run_off_orders(
