@@ -14,10 +14,12 @@ from carrierflex.diagnosis.comparison.problem import (
     Segment,
 )
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.held_out import Fold, HeldOut, fold_theta
 from carrierflex.diagnosis.inference.law_fits import (
+    Fold,
+    HeldOut,
     LawFits,
     explained_share,
+    fold_theta,
     law_fits,
 )
 from carrierflex.diagnosis.inference.results import (
