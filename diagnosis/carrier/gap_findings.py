@@ -458,6 +458,7 @@ def _off_order_table(
     used = np.array([[name in channels for channels in shown] for name in names])
     p_value = np.array([one.p_value for one in motion.motions])
     first = [motion.lines[numbers[0]] for numbers in motion.members]
+    hertz = [[_order(motion.lines[k], speed) * speed for k in one] for one in motion.members]
     return CellTable(
         runs=(run,),
         patterns=names,
@@ -466,7 +467,7 @@ def _off_order_table(
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
         draws=lambda: (draws - noise)[:, None],
-        bands_hz=np.array([_band(motion, numbers, speed) for numbers in motion.members]),
+        bands_hz=np.array([(min(one), max(one)) for one in hertz]),
         used=used,
     )
 
@@ -489,12 +490,6 @@ def _line_rows(
 
 def _order(line: OffOrderLine, speed: float) -> float:
     return line.position if line.is_order else line.position / speed
-
-
-def _band(motion: OffOrders, numbers: tuple[int, ...], speed: float) -> tuple[float, float]:
-    """Lowest and highest frequency of the lines of a motion in one run [Hz]."""
-    hertz = [_order(motion.lines[k], speed) * speed for k in numbers]
-    return min(hertz), max(hertz)
 
 
 def _line_findings(

@@ -39,7 +39,7 @@ from carrierflex.diagnosis.comparison.known_physics import (
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
+from carrierflex.identification.campaign.declarations import TOLERANCES
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
@@ -129,7 +129,9 @@ class CarrierReading:
         channels = list(self.campaign.channels)
         for error in errors:
             if error.quantity is quantity and error.channel is not None:
-                channels[error.channel] = _behind(channels[error.channel], error)
+                name, channel = error.quantity.value, channels[error.channel]
+                moved = {name: getattr(channel, name) - error.std}
+                channels[error.channel] = replace(channel, **moved)
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
     def _of_curves(self) -> Iterator[FloatArray]:
@@ -143,7 +145,10 @@ class CarrierReading:
         others = [one for one in others if _shows_curves_of(self.campaign, source, one)]
         if not others:
             return
-        campaign, every = _thinned(self.campaign)
+        turns = [whole_revolutions(run).samples for run in self.campaign.within_use().runs]
+        fewest = min(samples.size for of_run in turns for samples in of_run)
+        every = max(1, fewest // _SAMPLES_PER_TURN)
+        campaign = self.campaign.thinned(every)
         as_read, *made = self._by_source(campaign, [source, *others])
         yield from (every * (scores - as_read) for scores in made)
 
@@ -249,20 +254,6 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
     wide = np.zeros((*rows.shape[:-1], columns.size))
     wide[..., np.searchsorted(columns, table.columns)] = rows
     return wide
-
-
-def _thinned(campaign: Campaign) -> tuple[Campaign, int]:
-    """Campaign with no more samples a revolution than are summed, and one of how many they are."""
-    turns = [whole_revolutions(run).samples for run in campaign.within_use().runs]
-    fewest = min(samples.size for of_run in turns for samples in of_run)
-    every = max(1, fewest // _SAMPLES_PER_TURN)
-    return campaign.thinned(every), every
-
-
-def _behind(channel: Channel, error: DeclaredError) -> Channel:
-    """Channel taken at an angle or radius smaller than declared by one standard deviation."""
-    name = error.quantity.value
-    return replace(channel, **{name: getattr(channel, name) - error.std})
 
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:

@@ -209,7 +209,11 @@ class CarrierModel:
                     name, 0, slice(None), self.index.of(ONE), value(name), {first[name]: 1.0}
                 )
             )
-        table = self._table_of([*(term for terms, _ in groups for term in terms), *zeros], unknowns)
+        terms = [*(term for terms, _ in groups for term in terms), *zeros]
+        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
+        shape = (len(unknowns), len(self.channels))
+        slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
+        table = WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
         for terms, channels in groups:
             table.add(filter(_acts, terms), channels)
         if Measurement.GAIN in errors:
@@ -217,13 +221,6 @@ class CarrierModel:
             table.amplify(choice[name], value(name), first[name])
         table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
         return table
-
-    def _table_of(self, terms: Iterable[_WeightedColumn], unknowns: IntArray) -> WeightTable:
-        """Empty table of the columns that some terms use, and of the target."""
-        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
-        shape = (len(unknowns), len(self.channels))
-        slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
-        return WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
 
     def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
         """Number of every effect's first unknown among those of a run, and their numbers by run."""
@@ -421,9 +418,9 @@ class _RowTable:
 
     def at(self, run: int, channel: int) -> FloatArray | None:
         """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
-        if self.channel is None:
-            return np.asarray(self.weights[run, channel])
-        return np.asarray(self.weights[run, 0]) if channel == self.channel else None
+        if self.channel not in (None, channel):
+            return None
+        return np.asarray(self.weights[run, channel if self.channel is None else 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -450,7 +447,7 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     """
     contained = contained_channels(model)
     parameters = model.parameters((), contained)
-    expected = expected_values(parameters, base)
+    expected = _expected_values(parameters, base)
     groups = [_base_rows(model.weights((), contained, base), base, expected)]
     owners: list[str] = []
     variants: list[tuple[float, ...]] = []
@@ -465,7 +462,7 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
 
 
-def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:
+def _expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:
     """What is known of the baseline's parameters beforehand; 0 where nothing is, shape (p,).
 
     Products alone know no bounds: what the drawing allows of the curves would take up any gap. The

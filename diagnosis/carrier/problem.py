@@ -542,7 +542,10 @@ def carrier_problem(
         )
     effects = carrier_library(rig, (*effects_of_laws(measured_laws, campaign), *radial))
     if campaign.causes:
-        known = _with_responses(known, campaign.causes)
+        # Sizes of causes inside the stage are those that it was solved at.
+        solved = [one.id for one in campaign.causes if one.parameters[0].name == RESPONSE]
+        fixed = {f"{name}.{RESPONSE}": KnownValue(1.0, RESPONSE_STD) for name in solved}
+        known = replace(known, fixed={**fixed, **known.fixed})
         effects |= {cause.id: cause for cause in campaign.causes}
     if TOLERANCES in campaign.rig:
         contained, known, of_drawing = _by_drawing(campaign, curves, known)
@@ -569,14 +572,6 @@ def flexibility(rho_s: float, rho_f: float) -> float:
     (docs/reduction.md: `rho_f` and `rho_s` from 0 and 1 to 1.26 and 0.13).
     """
     return rho_f + _RIGID_FIT * rho_s
-
-
-def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysics:
-    """What is known, with the sizes of causes inside the stage: those that it was solved at."""
-    response = KnownValue(1.0, RESPONSE_STD)
-    solved = [cause.id for cause in causes if cause.parameters[0].name == RESPONSE]
-    fixed = {f"{name}.{RESPONSE}": response for name in solved}
-    return replace(known, fixed={**fixed, **known.fixed})
 
 
 def _by_drawing(

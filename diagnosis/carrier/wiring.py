@@ -29,7 +29,7 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,10 +69,6 @@ class _LinearBaseline:
         linear = [one for one in contained if one.pattern is not None and not one.n_shapes]
         return linear + [model.effects[law] for law in self.laws]
 
-    def _shapes(self, effect: Effect) -> list[float]:
-        """Fitted shapes of a law."""
-        return [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
-
     @property
     def n_of_run(self) -> int:
         """Number of columns of a run."""
@@ -104,18 +100,16 @@ class _LinearBaseline:
         yield group
 
     def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray:
-        rig = self.problem.model.source.rig
-        return np.concatenate([self._signals(one, sensor, inputs, rig) for one in self.effects])
-
-    def _signals(
-        self, effect: Effect, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
-    ) -> FloatArray:
-        """Signals of an effect at the shapes, and with the weight, of the fit."""
-        signals = effect.signals(sensor, inputs, rig, *self._shapes(effect))
-        if not effect.weighed_by:
-            return signals
-        weight = {key[0]: value for key, value in self.values.items()}.get(effect.weighed_by, 0.0)
-        return signals[:1] + weight * signals[1:]
+        """Signals of all effects at the shapes, and with the weights, of the fit."""
+        weights = {effect: value for (effect, _), value in self.values.items()}
+        columns = []
+        for effect in self.effects:
+            shapes = [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
+            signals = effect.signals(sensor, inputs, self.problem.model.source.rig, *shapes)
+            if effect.weighed_by:
+                signals = signals[:1] + weights.get(effect.weighed_by, 0.0) * signals[1:]
+            columns.append(signals)
+        return np.concatenate(columns)
 
     @cached_property
     def numbers(self) -> list[IntArray]:

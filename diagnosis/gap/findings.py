@@ -341,7 +341,8 @@ def cell_validations(
     """
     every = map_of(before)
     significant = every.chosen(every.are_significant)
-    shown = significant.sorted_by(-np.sqrt(significant.mean_squares))[:_MOST_CELLS]
+    largest = np.argsort(-np.sqrt(significant.mean_squares), kind="stable")
+    shown = significant.chosen(largest[:_MOST_CELLS])
     rows = zip(
         shown,
         np.sqrt(shown.mean_squares).tolist(),

@@ -191,7 +191,9 @@ class LawFits:
 
         def arguments(key: Effects) -> tuple[ComparisonProblem, Effects, list[EffectFit]]:
             self.note(" + ".join(("baseline", *key)))
-            return self.problem, key, self._contained(key)
+            # A larger set cannot fit worse than a smaller one.
+            contained = [fit for smaller, fit in self.fits.items() if set(smaller) < set(key)]
+            return self.problem, key, contained
 
         keys = [key for key in keys if key not in self.fits]
         made = self._made(_fitted_set, keys, arguments)
@@ -211,10 +213,6 @@ class LawFits:
             return (task(*arguments(key)) for key in keys)
         futures = [self.executor.submit(task, *arguments(key)) for key in keys]
         return (future.result() for future in futures)
-
-    def _contained(self, key: Effects) -> list[EffectFit]:
-        """Fits of smaller sets, which a larger one cannot fit worse than."""
-        return [fit for smaller, fit in self.fits.items() if set(smaller) < set(key)]
 
     def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
         """Whether a step is a large enough part of the gap, or clears what exceeds the floor."""

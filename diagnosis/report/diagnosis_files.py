@@ -146,7 +146,9 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             which,
             software=software_name(),
             headline=verdict_heading(diagnosis),
-            incomplete=_is_incomplete(diagnosis),
+            incomplete=diagnosis.verdict == CLASS_NAMED
+            and diagnosis.classes is not None
+            and diagnosis.classes.state == LEADING_CLASS,
             gains=which.gains or None,
             where=_cells(reduction.cells_before if reduction else ()),
             where_text=where_text(diagnosis),
@@ -162,14 +164,6 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         )
     )
     return document
-
-
-def _is_incomplete(diagnosis: Diagnosis) -> bool:
-    """Whether a class leads without explaining what a cause would."""
-    classes = diagnosis.classes
-    return (
-        diagnosis.verdict == CLASS_NAMED and classes is not None and classes.state == LEADING_CLASS
-    )
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:

@@ -365,7 +365,11 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     patterns = sorted(
         (first.patterns[k] for k in np.unique(first.indices[:, 1])), key=_pattern_position
     )
-    edges = _frequency_edges(first) if is_frequency else _order_edges(first)
+    if is_frequency:
+        edges = _frequency_edges(first)
+    else:
+        orders = np.round(first.orders)
+        edges = np.arange(orders.min(), orders.max() + 2.0) - 0.5
     if len(patterns) == 1:
         return tuple(_grid(cells, "run", runs, edges, is_frequency) for cells in gap_maps)
     of_patterns = any(name.startswith("m=") for name in patterns)
@@ -418,11 +422,6 @@ def _middles(cells: GapMap) -> FloatArray:
     """Geometric middle of every cell's band; arithmetic where it begins at zero."""
     low, high = cells.bands_hz.T
     return np.where(low > 0.0, np.sqrt(low * high), 0.5 * high)
-
-
-def _order_edges(cells: GapMap) -> FloatArray:
-    orders = np.round(cells.orders)
-    return np.arange(orders.min(), orders.max() + 2.0) - 0.5
 
 
 def _frequency_edges(cells: GapMap) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
@@ -196,7 +196,11 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
         ratio_ci95=interval,
         explained=taken / above if above > 0.0 else float("nan"),
         cells=tuple(sorted(_cell_changes(before, after), key=lambda cell: -abs(cell.change))),
-        runs=tuple(_run_changes(before.runs, after.runs)),
+        runs=tuple(
+            RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))
+            for run, old in before.runs.items()
+            if (new := after.runs.get(run)) is not None
+        ),
         solved=tuple(name for name in before.causes if name not in after.causes),
         remaining=tuple(name for name in before.causes if name in after.causes),
         added=tuple(name for name in after.causes if name not in before.causes),
@@ -234,7 +238,10 @@ def _sizes(side: DiagnosisSide) -> dict[_BlockKey, int]:
 def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval]:
     """RMS after over before with its interval; the same blocks are drawn of both."""
     keys = list(before.blocks)
-    squares = [_squares(side, keys) for side in (before, after)]
+    squares = [
+        np.array([side.blocks[key].samples * side.blocks[key].mean_square for key in keys])
+        for side in (before, after)
+    ]
     totals = [float(square.sum()) for square in squares]
     if not totals[0] > 0.0:
         return float("nan"), NO_INTERVAL
@@ -247,11 +254,6 @@ def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval
     with np.errstate(invalid="ignore", divide="ignore"):
         low, high = np.quantile(np.sqrt(drawn[1] / drawn[0]), INTERVAL)
     return float(np.sqrt(totals[1] / totals[0])), (float(low), float(high))
-
-
-def _squares(side: DiagnosisSide, keys: list[_BlockKey]) -> FloatArray:
-    blocks = [side.blocks[key] for key in keys]
-    return np.array([block.samples * block.mean_square for block in blocks], dtype=np.float64)
 
 
 def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellChange]:
@@ -287,15 +289,6 @@ def _above_noise(cell: GapCell | None) -> float:
 
 def _noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
-
-
-def _run_changes(
-    before: Mapping[str, RunValidation], after: Mapping[str, RunValidation]
-) -> Iterator[RunChange]:
-    for run, old in before.items():
-        new = after.get(run)
-        if new is not None:
-            yield RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))
 
 
 _SIDE = json_table(

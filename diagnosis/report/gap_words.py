@@ -95,8 +95,7 @@ def _joined(*clauses: str) -> str:
 
 def first_place_words(findings: GapFindings) -> str:
     """The largest part of the gap alone."""
-    largest = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
-    return place_words(replace(findings, where=tuple(largest[:1])))
+    return place_words(replace(findings, where=findings.where[:1]))
 
 
 def place_words(findings: GapFindings) -> str:

@@ -97,16 +97,6 @@ def _alone(pattern: Callable[[Sequence[str]], Columns]) -> _ColumnsOf:
     return lambda quantities, n_planets: pattern(quantities)
 
 
-def _face_waves(quantities: Sequence[str], n_planets: int) -> Columns:
-    """Waves on the carrier's face, whatever their order."""
-    return turning_waves(quantities, range(2, highest_order(n_planets) + 1))
-
-
-def _planet_waves(quantities: Sequence[str], n_planets: int) -> Columns:
-    """Waves that equal loads of all planets make: as many lobes as planets, and multiples."""
-    return turning_waves(quantities, range(n_planets, highest_order(n_planets) + 1, n_planets))
-
-
 def shapes() -> tuple[_Shape, ...]:
     """Every frame and pattern whose columns are waves."""
     still = {OFFSET: offset, TILT: tilt, SADDLE: saddle}
@@ -124,7 +114,20 @@ def shapes() -> tuple[_Shape, ...]:
         _Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
         _Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
         _Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
-        _Shape(WAVES, {NONE: _face_waves, BY_TORQUE: _planet_waves}, _OF_TORQUE),
+        _Shape(
+            WAVES,
+            {
+                # On the carrier's face whatever their order; as many lobes as planets, and
+                # multiples, by equal loads of all planets.
+                NONE: lambda quantities, n: turning_waves(
+                    quantities, range(2, highest_order(n) + 1)
+                ),
+                BY_TORQUE: lambda quantities, n: turning_waves(
+                    quantities, range(n, highest_order(n) + 1, n)
+                ),
+            },
+            _OF_TORQUE,
+        ),
         _Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
     )
 

@@ -91,7 +91,8 @@ def named_change(
     for one in _hypotheses(baseline, before, loads):
         B = np.einsum("kcd,qkd->qkc", W, one.columns).reshape(len(one.columns), -1).T
         a = _amplitudes(B, target, is_sparse=one.is_sparse)
-        if not _is_possible(one, a):
+        # Exchanged signals are exchanged as a whole.
+        if one.id == EXCHANGED and abs(float(a[0]) / one.length - 1.0) >= _NEAR:
             continue
         n_columns = np.count_nonzero(a)
         cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
@@ -136,11 +137,6 @@ def _amplitudes(B: FloatArray, target: FloatArray, *, is_sparse: bool) -> FloatA
     result = np.zeros_like(a)
     result[used] = np.linalg.lstsq(B[:, used], target, rcond=None)[0]
     return result
-
-
-def _is_possible(one: _Hypothesis, a: FloatArray) -> bool:
-    """Whether exchanged signals are exchanged as a whole."""
-    return one.id != EXCHANGED or abs(float(a[0]) / one.length - 1.0) < _NEAR
 
 
 def _fault_by_factor(one: _Hypothesis, a: FloatArray) -> str:

@@ -190,7 +190,9 @@ class TurbineWatch:
         kind: Literal["silent_channel", "channel_reads_again"]
         kind = "silent_channel" if one.is_silent[turned].any() else "channel_reads_again"
         if kind == READS_AGAIN or self.is_learning:
-            self._begin_learning()
+            # A channel is another one, or is missing from now on.
+            self.noise, self.state = None, None
+            self.n_needed = self.options.learn
         before = self._regime(self._last("loads", SETTLING), one.loads)
         return Alarm(
             kind=kind,
@@ -209,15 +211,6 @@ class TurbineWatch:
             is_other_load=False,
             evidence=None,
         )
-
-    def _begin_learning(self) -> None:
-        """Learn the noise anew: a channel is another one, or is missing from now on."""
-        self.noise, self.state = None, None
-        self.n_needed = self.options.learn
-
-    def _begin_reference(self) -> None:
-        """Take the next revolutions as the new reference."""
-        self.n_needed = SETTLING
 
     def _learned(self) -> None:
         """Count a revolution of the reference; with the last of them the test begins."""
@@ -275,7 +268,8 @@ class TurbineWatch:
         if self.state.evidence[0] < self.threshold:
             return None
         alarm = self._alarm(one, reference, float(self.state.evidence[0]))
-        self._begin_reference()
+        # The next revolutions are the new reference.
+        self.n_needed = SETTLING
         return alarm
 
     def _alarm(self, one: Revolution, reference: FloatArray, evidence: float) -> Alarm:
