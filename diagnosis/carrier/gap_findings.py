@@ -252,10 +252,7 @@ class CarrierGap:
         )
 
     def _repeats(self) -> list[ScatterTable]:
-        """Runs of one condition: scatter of their means against that of their revolutions.
-
-        ``F = var(mean of the run) / mean(s² / R)``; `noise` is the denominator.
-        """
+        """Runs of one condition: ``F = var(mean of a run) / mean(s² / R)``, with noise below."""
         groups: dict[str, list[int]] = {}
         for r, run in enumerate(self.campaign.runs):
             if self._complete(r).size > 1:

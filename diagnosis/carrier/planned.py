@@ -84,12 +84,7 @@ class _Load:
 
 
 def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
-    """What could be added to a campaign of kind carrier.
-
-    Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
-    alone and in sets, at one, two and four times the mean planned length; all runs two and four
-    times as long.
-    """
+    """Sensors at feasible places, further loads alone and in sets, and longer runs."""
     seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
     channels = tuple(channel.name for channel in campaign.channels)
     once = {run.name: 1.0 for run in campaign.runs}

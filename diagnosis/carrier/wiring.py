@@ -189,11 +189,7 @@ def _n_columns(effect: Effect) -> int:
 
 
 def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the sensors exchanged.
-
-    The order of the sensors that leaves least; empty where the baseline holds no linear effect or
-    is another simulator's.
-    """
+    """Baseline refitted with the order of sensors that leaves least; none unless linear."""
     campaign = problem.campaign
     baseline = _LinearBaseline(problem, campaign)
     if not baseline.is_of_model:
@@ -217,10 +213,7 @@ def unchecked_records(problem: CarrierProblem) -> str:
 
 
 def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
-    """Every run with the baseline fitted to all.
-
-    Empty where the baseline is not the model's, or by :func:`unchecked_records`.
-    """
+    """Every run with the baseline fitted to all; none by :func:`unchecked_records`."""
     campaign = problem.campaign
     baseline = _LinearBaseline(problem, campaign)
     if not baseline.is_of_model or unchecked_records(problem):
@@ -241,11 +234,7 @@ def carrier_records(
     laws: Effects = (),
     values: Mapping[tuple[str, str], float] = MappingProxyType({}),
 ) -> Iterator[LinearRecord]:
-    """Every run with its baseline and the baseline's columns.
-
-    None where the baseline holds more than linear effects, or is another simulator's. `values` are
-    those of the fit of the laws beside it, by effect and name.
-    """
+    """Every run with its baseline and its columns; none unless all effects are linear."""
     baseline = _LinearBaseline(problem, problem.campaign, laws, values)
     effects, channels = baseline.effects, problem.campaign.channels
     n_linear = len(effects) - len(baseline.laws)
@@ -276,10 +265,7 @@ def carrier_mean_square(
     laws: Effects = (),
     values: Mapping[tuple[str, str], float] = MappingProxyType({}),
 ) -> float:
-    """Mean square that the baseline leaves once it is fitted to another campaign.
-
-    With `laws` at the `values` of their fit, each of which adds a signal.
-    """
+    """Mean square that the baseline, with laws at their values, leaves of another campaign."""
     return _LinearBaseline(problem, campaign, laws, values).as_declared()[1]
 
 

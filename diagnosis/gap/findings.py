@@ -335,10 +335,7 @@ _MOST_CELLS = 1000
 def cell_validations(
     before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
 ) -> tuple[CellValidation, ...]:
-    """Comparison error and its uncertainty of every significant cell.
-
-    ASME V&V 20-2009, section 1-5.
-    """
+    """Error and uncertainty of every significant cell (ASME V&V 20-2009, section 1-5)."""
     every = map_of(before)
     significant = every.chosen(every.are_significant)
     largest = np.argsort(-np.sqrt(significant.mean_squares), kind="stable")

@@ -82,11 +82,7 @@ def band_edges_hz(duration: float, highest_hz: float, n_bands: int) -> FloatArra
 
 
 def band_amplitudes(n: int, step: float, edges_hz: FloatArray) -> FloatArray:
-    """Real amplitudes of the transform of n samples in every band, shape (n_bands, n // 2 + 1).
-
-    Row b holds, for each line, how many of its amplitudes lie in band b: two, or one at the mean
-    and at half the sampling frequency.
-    """
+    """How many real amplitudes of every line of n samples lie in a band, (n_bands, n // 2 + 1)."""
     amplitudes, ends = _lines_by_band(n, step, edges_hz)
     line = np.arange(amplitudes.size)
     return amplitudes * ((line >= ends[:-1, None]) & (line < ends[1:, None]))

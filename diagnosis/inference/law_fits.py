@@ -120,10 +120,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
 
 
 def _acts_elsewhere(fit: EffectFit, chosen: BoolArray) -> BoolArray:
-    """Parameters that all segments determine and the chosen ones do not, shape (p,).
-
-    Of their signature beside the other parameters' less is there than can be seen.
-    """
+    """Parameters that all segments determine and the chosen ones do not, shape (p,)."""
     every, some = fit.sums.total_matrix(), fit.sums.total_matrix(chosen)
     length = column_lengths(every)
     variance, of_chosen = (
@@ -361,10 +358,7 @@ class Selection:
 def candidate_sets(
     problem: ComparisonProblem, of_table: Sequence[Effects] | None
 ) -> tuple[Effects, ...]:
-    """Sets of laws that are fitted.
-
-    Those that the table of the classes proposes; without a table every law by itself.
-    """
+    """Sets of laws that the table of the classes proposes; without one every law by itself."""
     if of_table is None:
         return tuple((law,) for law in problem.cards)
     of_files = tuple(law for law in problem.brought if law in problem.cards)

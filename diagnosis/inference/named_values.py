@@ -147,10 +147,7 @@ def _known_combination(
 
 
 def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
-    """Square of the largest move of some parameters by a signal of unit square.
-
-    ``[B J'J B]_kk`` with ``B = (J'J + W)^-1``, W the weights of the priors: ``[B - B W B]_kk``.
-    """
+    """Largest move ``[B J'J B]_kk``, squared, by a signal of unit square; ``B = (J'J + W)^-1``."""
     weight = fit.prior.weight[which]
     inverse = full_inverse(fit.sums.total_matrix()[np.ix_(which, which)] + np.diag(weight))
     return np.asarray(np.maximum(np.diag(inverse) - inverse**2 @ weight, 0.0))

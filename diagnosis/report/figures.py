@@ -216,10 +216,7 @@ def panel_figure(picture: Picture, panel: Panel) -> "Figure":
 
 
 def remainder_factor(picture: Picture) -> float:
-    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000.
-
-    At its own size it would lie on the zero circle.
-    """
+    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000."""
     remainder, gap = (
         _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
         for role in (REMAINDER, GAP)
@@ -456,10 +453,7 @@ _NUMBERED = 0.1
 
 
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
-    """RMS at both ends of the colours that maps share.
-
-    Of the significant cells of any of them; of all cells where none is.
-    """
+    """RMS at both ends of the colours that maps share, of significant cells where there are any."""
     sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
     if not sizes.size:
         sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
@@ -468,10 +462,7 @@ def colour_limits(*grids: GapGrid) -> tuple[float, float]:
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
-    """RMS of the gap by row and column, logarithmic colours between the limits.
-
-    Cells within chance are grey, those the map lacks white. Compared maps share the limits.
-    """
+    """RMS of the gap by row and column; cells within chance are grey, those it lacks white."""
     from matplotlib.colors import ListedColormap, LogNorm
     from matplotlib.figure import Figure
 

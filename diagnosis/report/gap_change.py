@@ -59,10 +59,7 @@ class DiagnosisSide:
 
 
 def digest_of_records(folder: Path) -> str:
-    """SHA-256 of the records that a diagnosis is of.
-
-    ValueError where diagnosis.json is missing or holds no digest.
-    """
+    """SHA-256 of the records that a diagnosis is of; ValueError where there is none."""
     path = folder / DIAGNOSIS_FILE
     records = read_diagnosis(path).get("records")
     if not isinstance(records, dict) or not isinstance(records.get("measured"), str):
@@ -74,11 +71,7 @@ def digest_of_records(folder: Path) -> str:
 
 
 def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
-
-    ValueError where its diagnosis.json is missing, of another format or of a newer version, made no
-    diagnosis, or lacks a key.
-    """
+    """Read a diagnosis of a folder of diagnose; ValueError where there is none to compare."""
     path = folder / DIAGNOSIS_FILE
     document = read_diagnosis(path)
     if not document.get("held_out"):

@@ -110,10 +110,7 @@ def place_words(findings: GapFindings) -> str:
 
 
 def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> str:
-    """What is said beside the largest parts: small orders, scatter and drift.
-
-    Orders of a share below `smallest_order` are not said.
-    """
+    """Small orders of a share from `smallest_order` on, scatter and drift."""
     small = [
         finding
         for finding in findings.where

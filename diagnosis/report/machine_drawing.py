@@ -316,10 +316,7 @@ def shown_dimensions(effects: tuple[str, ...]) -> list[str]:
 
 
 def carrier_figure(dimensions: list[str]) -> "Figure":
-    """Section and face of the parametric carrier; dimension lines of what is named.
-
-    The proportions are those of the default carrier.
-    """
+    """Section and face of the default carrier; dimension lines of what is named."""
     figure, axes = _sheet(_DIMENSIONS_HEIGHT, _ALONG, _ACROSS)
     _section(axes)
     _face(axes)

@@ -231,10 +231,7 @@ def next_step(diagnosis: Diagnosis) -> str:
 
 
 def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) -> list[str]:
-    """What to check, put in and measure, in that order, a sentence each.
-
-    `has_measured_law` says whether a measured shape can be saved, where the diagnosis was read.
-    """
+    """What to check, put in and measure, in that order, a sentence each."""
     answer = diagnosis.classes
     if has_measured_law is None:
         has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)

@@ -145,11 +145,7 @@ def carrier_class_table(
     candidates: Effects,
     base: FloatArray,
 ) -> CarrierTable | None:
-    """Table of all classes of a campaign and of the laws; None where the blocks are too few.
-
-    `noise` is the variance by channel [m²], `base` the parameters of the fitted baseline. Laws with
-    a value for every run are in no table.
-    """
+    """Table of all classes and laws of a campaign; None where the blocks are too few."""
     if len(records.segments) < _CONSTANTS.fewest_blocks:
         return None
     source = model.source
@@ -230,11 +226,7 @@ def carrier_class_table(
 def _known_of_base(
     model: CarrierModel, rows: "_TableRows", base: FloatArray, unit: FloatArray, variance: float
 ) -> FloatArray:
-    """Penalty of the baseline's shared regressors by what is known of them, shape (n_base,).
-
-    In the units of the table: `unit` is the factor of every column, `variance` that of the noise of
-    a sample [m²].
-    """
+    """Penalty of shared regressors by what is known of them, in units of the table, (n_base,)."""
     penalty = np.zeros(rows.n_base)
     for k, parameter in enumerate(model.parameters((), contained_channels(model))):
         if parameter.run is not None:

@@ -49,10 +49,7 @@ _ROUNDING = 1e-9
 
 
 def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
-    """Measured shape of a class of the answer.
-
-    `wanted` is a frame and pattern; default: those of the class of the largest share.
-    """
+    """Measured shape of a frame and pattern of an answer; default: of the largest share."""
     names = {
         finding.id: shape_of(finding.id)
         for finding in answer.classes

@@ -189,10 +189,7 @@ def delay_nodes(n_planets: int) -> FloatArray:
 
 @lru_cache
 def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
-    """Columns of the flexible residual model after its two of time, in their order.
-
-    Every order that is kept, those up to two beyond the pins' second one also times the torque.
-    """
+    """Columns of the flexible residual model after its two of time, in their order."""
     terms = []
     for order in range(highest_order(n_planets) + 1):
         loads = [CONSTANT]
@@ -457,10 +454,7 @@ def _late(
 
 
 def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other.
-
-    Columns follow the inputs sample by sample: those of short runs cost little more than of one.
-    """
+    """Inputs of several runs one after the other: their columns cost little more than of one."""
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
         for name in _INPUTS

@@ -245,10 +245,7 @@ class CarrierSums:
         return slice(int(first), int(end))
 
     def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
-        """Products of the target and the basis, shape (n_groups, C, 1 + b, 1 + b).
-
-        Summed over groups of neighbours among some segments, whose `first` ones are given.
-        """
+        """Products of target and basis over groups of segments, (n_groups, C, 1 + b, 1 + b)."""
         stored = np.add.reduceat(self.products[segments], first, axis=0)
         target = np.add.reduceat(self.target[segments], first, axis=0)
         result = np.zeros((*stored.shape[:2], *2 * (self.basis.size + 1,)))
@@ -265,11 +262,7 @@ class CarrierSums:
         return np.hstack([weights[:, :1], weights[:, 1:] @ of_columns])
 
     def with_target(self, columns: IntArray, weights: FloatArray) -> "CarrierSums":
-        """Sums of the same record, its target replaced by a combination of columns.
-
-        The `columns` (target first) are weighted by run and channel, shape (n_runs, C, u); zero for
-        the target.
-        """
+        """Sums whose target is a sum of columns by weights of shape (n_runs, C, u)."""
         triangle = self._square
         of_columns = self.basis.weights[:, columns[1:] - 1]
         target = np.empty_like(self.target)
@@ -423,10 +416,7 @@ def _fill_amplitudes(
     fits: dict[int, OrderFit],
     at: tuple[int, int],
 ) -> None:
-    """Fill the orders of some rows by revolution, and what is left of the target about its own.
-
-    `at` are the first revolution among all and the channel.
-    """
+    """Fill the orders of some rows, and what is left of the target, from revolution and channel."""
     turn, c = at
     highest = sums.amplitudes.shape[-1] - 1
     for r, revolution in enumerate(block.revolutions, start=turn):

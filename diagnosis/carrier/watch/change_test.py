@@ -74,10 +74,7 @@ class RevolutionNoise:
     covariance: FloatArray  # Upper bound of Sigma, shape (p, C, C)
 
     def variance_along(self, direction: FloatArray, n: int) -> float:
-        """Variance of the mean of n revolutions along a unit vector, shape (p, C).
-
-        ``<v, Sigma v> / n`` with ``v = direction / (1 - phi)``.
-        """
+        """Variance ``<v, Sigma v> / n`` of a mean, ``v = direction / (1 - phi)``."""
         v = direction / (1.0 - self.memory[:, None])
         return float(np.einsum("kc,kcd,kd", v, self.covariance, v)) / n
 
