@@ -30,7 +30,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     inputs_at,
     inputs_of,
 )
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, RunSlices
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
@@ -76,7 +76,7 @@ class CarrierReading:
 
     campaign: Campaign  # Records
     model: CarrierModel  # Weights of the columns, and what the campaign declares
-    products: RunSlices  # Products of the columns
+    records: CarrierSums  # Products of the columns
     effects: Effects  # Effects beside the baseline
     theta: FloatArray  # Parameters of the set, shape (p,)
     choice: Choice  # Channel of every effect of one sensor
@@ -84,7 +84,7 @@ class CarrierReading:
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
-        as_read = self._scores(self.model, self.products)
+        as_read = self._scores()
         quantities = {error.quantity for error in errors if error.channel is not None}
         of_channels = {
             quantity: self._of_sensors(quantity) for quantity in quantities.difference(_OF_POSITION)
@@ -195,12 +195,12 @@ class CarrierReading:
         }
         return replace(source, effects=effects)
 
-    def _scores(self, model: CarrierModel, sums: RunSlices) -> FloatArray:
+    def _scores(self) -> FloatArray:
         """``J.T r`` by channel over all runs, shape (C, p)."""
         scores = np.zeros((len(self.campaign.channels), self.theta.size))
-        for runs in sums.slices:
-            table = model.weights(self.effects, self.choice, self.theta, runs)
-            gram = sums.gram_of_runs(table.columns, runs)
+        for runs in self.records.slices:
+            table = self.model.weights(self.effects, self.choice, self.theta, runs)
+            gram = self.records.gram_of_runs(table.columns, runs)
             products = np.einsum(
                 "rcpk,rckl,rcl->rcp", table.slopes, gram, table.residual, optimize=True
             )
@@ -230,11 +230,11 @@ class CarrierReading:
         owners = [p.effect for p in self.model.parameters(with_error, named)]
         first = owners.index(name)
         scores = np.zeros((len(self.campaign.channels), theta.size))
-        for runs in self.products.slices:
+        for runs in self.records.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
             read = self.model.weights(with_error, everywhere, values, runs)
             columns = np.union1d(fitted.columns, read.columns)
-            gram = self.products.gram_of_runs(columns, runs)
+            gram = self.records.gram_of_runs(columns, runs)
             number = np.flatnonzero(read.unknowns[0] == first)[0]
             change = _widened(read, read.slopes[:, :, [number]], columns)
             slopes = _widened(fitted, fitted.slopes, columns)

@@ -32,7 +32,6 @@ from carrierflex.diagnosis.carrier.records.columns import (
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     IntArray,
-    RunSlices,
     accumulated_sums,
     segment_squares,
 )
@@ -266,14 +265,14 @@ class CarrierProblem(ComparisonProblem):
         matrices = []
         right_sides = []
         unknowns = []
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
-            segments = self._slices.segments(runs)
-            of_segment = table.unknowns[self._slices.run_of_segment(runs)]
+            segments = self.records.segments_of(runs)
+            of_segment = table.unknowns[self.records.run_in_slice(runs)]
             matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
             some = np.flatnonzero(chosen[segments])
-            run = self._slices.run_of_segment(runs)[some]
-            gram = self._slices.gram(table.columns, runs)[some]
+            run = self.records.run_in_slice(runs)[some]
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
             residual, slopes = table.residual[run], table.slopes[run]
             products = slopes @ gram
             matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
@@ -294,12 +293,12 @@ class CarrierProblem(ComparisonProblem):
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
         result = np.zeros(self.records.counts.shape)
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
-            segments = self._slices.segments(runs)
+            segments = self.records.segments_of(runs)
             some = np.flatnonzero(chosen[segments])
-            gram = self._slices.gram(table.columns, runs)[some]
-            residual = table.residual[self._slices.run_of_segment(runs)[some]]
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
+            residual = table.residual[self.records.run_in_slice(runs)[some]]
             result[segments.start + some] = segment_squares(residual, gram)
         return result
 
@@ -354,7 +353,7 @@ class CarrierProblem(ComparisonProblem):
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
         fitted = (effects, theta, self._choice(effects))
-        return CarrierReading(self.campaign, self.model, self._slices, *fitted).misread()
+        return CarrierReading(self.campaign, self.model, self.records, *fitted).misread()
 
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
         """What a first derivative misses of a change of the drawing, each by itself."""
@@ -406,7 +405,7 @@ class CarrierProblem(ComparisonProblem):
     def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
         """Columns of a model's signals and their weights by run and channel."""
         tables = []
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
             # Without the derivatives, which are many times as large.
             tables.append((runs, table.columns, table.values))
@@ -415,10 +414,6 @@ class CarrierProblem(ComparisonProblem):
         for runs, used, of_slice in tables:
             values[runs, :, np.searchsorted(columns, used)] = of_slice
         return columns, values
-
-    @cached_property
-    def _slices(self) -> RunSlices:
-        return RunSlices(self.records, len(self.campaign.runs))
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -486,9 +481,9 @@ class CarrierProblem(ComparisonProblem):
         """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
         matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
         square = 0.0
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self.model.weights(effects, choice, theta, runs)
-            gram = self._slices.gram_of_runs(table.columns, runs)
+            gram = self.records.gram_of_runs(table.columns, runs)
             residual, unknowns = table.residual, table.unknowns
             products = table.slopes @ gram
             of_runs = (products @ np.swapaxes(table.slopes, 2, 3)).sum(axis=1)

@@ -10,9 +10,10 @@ one constant, in every run alike. The products are of those.
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,6 +211,10 @@ class CarrierSums:
     #: Mean torque [N m] and radial load [N] along y and z of every revolution, shape (R, 3)
     loads: FloatArray
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the products that are stored."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
     @property
     def nbytes(self) -> int:
         """Bytes of the products."""
@@ -243,6 +248,45 @@ class CarrierSums:
         """Segments of some neighbouring runs."""
         first, end = np.searchsorted(self.run_of_segment, [runs.start, runs.stop])
         return slice(int(first), int(end))
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Runs whose weights and products are in memory at once; a usual campaign is one slice."""
+        n_runs = int(self.run_of_segment[-1]) + 1
+        usual_bytes = 8 * self.counts.size * _USUAL_COLUMNS**2
+        n_slices = min(-(-usual_bytes // _SLICE_BYTES), n_runs)
+        edges = np.linspace(0, n_runs, n_slices + 1).astype(int).tolist()
+        return tuple(slice(first, end) for first, end in pairwise(edges))
+
+    def run_in_slice(self, runs: slice) -> IntArray:
+        """Number of the run of every segment of a slice, counted in the slice."""
+        return self.run_of_segment[self.segments_of(runs)] - runs.start
+
+    def gram_of_slice(self, columns: IntArray, runs: slice) -> FloatArray:
+        """Products of some columns by segment of a slice and channel, for the next step of a fit.
+
+        Those that fit in memory are stored, shape (P, C, u, u).
+        """
+        return self._stored.of(
+            "segments", columns, runs, lambda: self.gram(columns, self.segments_of(runs))
+        )
+
+    def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
+        """The same by run of a slice."""
+        run_of_segment = self.run_in_slice(runs)
+        first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
+        if first.size == run_of_segment.size:
+            return self.gram_of_slice(columns, runs)
+        return self._stored.of(
+            "runs",
+            columns,
+            runs,
+            lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0),
+        )
+
+    @cached_property
+    def _stored(self) -> "_StoredProducts":
+        return _StoredProducts()
 
     def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
         """Products of target and basis over groups of segments, (n_groups, C, 1 + b, 1 + b)."""
@@ -451,51 +495,3 @@ class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray])
         while len(self) > 1 and sum(one.nbytes for one in self.values()) > _STORED_BYTES:
             self.popitem(last=False)
         return self[key]
-
-
-@dataclass(frozen=True, eq=False)
-class RunSlices:
-    """Slices of the runs whose weights and products are in memory at once, P segments each.
-
-    A usual campaign is one slice. Products are stored for the next step of a fit as long as they
-    fit.
-    """
-
-    records: CarrierSums  # Sums over the records
-    n_runs: int  # Runs
-
-    @cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """Runs of every slice."""
-        usual_bytes = 8 * self.records.counts.size * _USUAL_COLUMNS**2
-        n_slices = min(-(-usual_bytes // _SLICE_BYTES), self.n_runs)
-        edges = np.linspace(0, self.n_runs, n_slices + 1).astype(int).tolist()
-        return tuple(slice(first, end) for first, end in pairwise(edges))
-
-    def segments(self, runs: slice) -> slice:
-        """Segments of the runs of a slice."""
-        return self.records.segments_of(runs)
-
-    def run_of_segment(self, runs: slice) -> IntArray:
-        """Number of the run of every segment of a slice, counted in the slice."""
-        return self.records.run_of_segment[self.segments(runs)] - runs.start
-
-    def gram(self, columns: IntArray, runs: slice) -> FloatArray:
-        """Products of some columns by segment of a slice and channel, shape (P, C, u, u)."""
-        return self._stored.of(
-            "segments", columns, runs, lambda: self.records.gram(columns, self.segments(runs))
-        )
-
-    def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
-        """Products of some columns by run of a slice and channel."""
-        run_of_segment = self.run_of_segment(runs)
-        first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
-        if first.size == run_of_segment.size:
-            return self.gram(columns, runs)
-        return self._stored.of(
-            "runs", columns, runs, lambda: np.add.reduceat(self.gram(columns, runs), first, axis=0)
-        )
-
-    @cached_property
-    def _stored(self) -> _StoredProducts:
-        return _StoredProducts()
