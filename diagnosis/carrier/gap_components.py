@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import (
+    KNOWN_WITHIN,
     ORDER,
     SMALL_ORDER,
     WITHOUT,
@@ -36,8 +37,6 @@ _MOST_NAMED = 3
 SMALLEST_NAMED = 0.05
 #: Small orders named at most.
 _MOST_SMALL = 4
-#: An exponent with torque is taken out where its interval is narrower than this on either side.
-_KNOWN_WITHIN = 1.0
 #: A component changes with the radial load where its sizes, the growth with torque taken out,
 #: differ by this share of the largest.
 _CHANGES = 0.5
@@ -242,7 +241,7 @@ class GapComponents:
             return False
         loads = self.conditions[RADIAL_LOAD]
         exponent = growth.exponents[TORQUE]
-        is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
+        is_known = exponent.is_within(KNOWN_WITHIN)
         torque = [self.conditions[TORQUE][run] for run in component.runs]
         if not is_known and max(torque) - min(torque) > _CHANGES * max(torque):
             return False

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.carrier.model import (
 )
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
+    SAME_CONDITION,
     RunColumns,
     columns_of_campaign,
     largest_load,
@@ -57,8 +58,6 @@ _EVERY, _CLOSEST = 30, 10.0
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
 #: Zero and calibration of strain gauges on the main shaft beside its main bearing [N m]; chosen.
 _BENDING_ERROR = 1e3
-#: Difference of loads and speed, over the largest, that is the same condition.
-_AS_PLANNED = 0.05
 #: Samples of a turn at least, in an added run.
 _SAMPLES_A_TURN = 36
 
@@ -151,7 +150,7 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     def is_planned(load: _Load) -> bool:
         possible = np.array([load.torque, load.ntl_y, load.ntl_z, load.speed])
         apart = np.abs(possible / scale - planned / scale)
-        return bool((apart <= _AS_PLANNED).all(axis=1).any())
+        return bool((apart <= SAME_CONDITION).all(axis=1).any())
 
     return [load for load in loads if not is_planned(load)]
 

@@ -24,6 +24,7 @@ from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTabl
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import ModelResiduals
 from carrierflex.diagnosis.carrier.records.columns import (
+    SAME_CONDITION,
     ColumnSource,
     largest_load,
     mean_load,
@@ -93,8 +94,6 @@ _RADIAL_LOAD = 200e3
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 #: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
 _CURVES_STD = 0.01
-#: Difference of loads, over the largest, that is the same condition.
-_AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
@@ -635,7 +634,7 @@ def _experiments(
 
     for text, shares_of_loads in plans if "ntl_y" in campaign.contract.inputs else plans[:1]:
         nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]
-        if max(nearest) >= _AS_RECORDED:
+        if max(nearest) >= SAME_CONDITION:
             add(text, shares_of_loads)
     # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
     # radial sensor.

@@ -21,6 +21,8 @@ _SPAN = 1.3
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
 _SEPARATE_SHARE = 0.3
+#: Half width of its interval within which an exponent is known.
+KNOWN_WITHIN = 1.0
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
 
@@ -36,6 +38,10 @@ class Exponent:
         int, "Amplitudes used; with as many as unknowns the interval holds the noise only"
     ]
     reason: Annotated[str, "Why it is not determinable; empty where it is"] = ""
+
+    def is_within(self, half_width: float) -> bool:
+        """Whether it is known to a half width; never where it is not determined."""
+        return bool(self.ci95[1] - self.value <= half_width)
 
 
 def exponents(

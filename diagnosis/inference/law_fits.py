@@ -32,7 +32,7 @@ _MOST_SETS = 12
 _Made = TypeVar("_Made")
 #: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
 #: replace.
-_FEWEST_CONDITIONS = 3
+FEWEST_CONDITIONS = 3
 #: Groups of blocks where there is one condition.
 _BLOCK_GROUPS = 4
 #: A fold's fit starts at the fit to all segments, next to its own minimum.
@@ -73,7 +73,7 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     folds = []
     for name in names:
         of_name = condition == name
-        if len(names) >= _FEWEST_CONDITIONS:
+        if len(names) >= FEWEST_CONDITIONS:
             scored = [of_name & (block % 2 == k) for k in (0, 1)] if runs_have_own else [of_name]
             folds += [Fold(~of_name, of_name & ~some, some) for some in scored]
         else:

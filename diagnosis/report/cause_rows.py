@@ -30,8 +30,7 @@ from carrierflex.diagnosis.wiring.refits import fault_words
 #: States of a row, as the page writes them.
 NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"
 #: Values of one cause and findings of the check that stand on the first screen.
-_MOST_VALUES = 3
-_MOST_FAULTS = 3
+_MOST_LISTED = 3
 #: Sizes that differ by less than this factor are called equal.
 _EQUAL = 1.3
 #: Names that measured shapes have as laws begin with this.
@@ -94,7 +93,7 @@ def _adding_up(causes: Sequence[CauseRow], explained: float) -> list[CauseRow]:
 
 
 def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
-    for warning in diagnosis.warnings[:_MOST_FAULTS]:
+    for warning in diagnosis.warnings[:_MOST_LISTED]:
         what = f" ({fault_words(warning.id)})" if warning.id else ""
         share = min(warning.figure, 1.0) if warning.id.startswith("wiring/") else math.nan
         nothing = (math.nan, math.nan)
@@ -154,8 +153,8 @@ def _of_classes(diagnosis: Diagnosis) -> Iterator[CauseRow]:
 def _values(diagnosis: Diagnosis, effect: str) -> list[tuple[str, str]]:
     """Values of one effect with their 95 % intervals."""
     rows = named_rows(diagnosis, effect)
-    texts = [(value_words(row), row.words or row.name) for row in rows[:_MOST_VALUES]]
-    more = len(rows) - _MOST_VALUES
+    texts = [(value_words(row), row.words or row.name) for row in rows[:_MOST_LISTED]]
+    more = len(rows) - _MOST_LISTED
     return [*texts, ("", f"and {counted(more, 'more value')} below")] if more > 0 else texts
 
 

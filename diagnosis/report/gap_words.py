@@ -8,6 +8,7 @@ from carrierflex.diagnosis.gap.findings import (
     BAND,
     CHANNEL,
     EVEN,
+    KNOWN_WITHIN,
     LINE,
     LINES,
     MOTION,
@@ -34,9 +35,7 @@ _FLAT = 0.25
 #: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
 #: that took the mean of a cause over the runs has others.
 _LARGEST_EXPONENT = 4.0
-#: An exponent is said where its interval is narrower than this on either side: of an order, of a
-#: band.
-_ORDER_WITHIN = 1.0
+#: The exponent of a band is said where its interval is narrower than this on either side.
 _BAND_WITHIN = 1.5
 #: A trend below this share of a cell's mean square is not said, and no more than so many are.
 _SMALLEST_DRIFT = 0.02
@@ -160,7 +159,7 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
     text = ""
     for condition, exponent in exponents.items():
-        if not _is_within(exponent, _ORDER_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
+        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
             continue
         if abs(exponent.value) < _FLAT:
             text += f", whatever the {condition}"
@@ -203,7 +202,7 @@ def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
         f"{_share(finding)} {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
     )
     for condition, exponent in finding.exponents.items():
-        if _is_within(exponent, _BAND_WITHIN):
+        if exponent.is_within(_BAND_WITHIN):
             low_end, high_end = exponent.ci95
             text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
@@ -256,11 +255,6 @@ def _bound_words(p_value: float) -> str:
 
 def _run_words(finding: Finding) -> str:
     return "in every run" if finding.is_in_every_run else f"in {', '.join(sorted(finding.runs))}"
-
-
-def _is_within(exponent: Exponent, half_width: float) -> bool:
-    """Whether an exponent is known to a half width; never where it is not determined."""
-    return math.isfinite(exponent.value) and exponent.ci95[1] - exponent.value <= half_width
 
 
 def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> str:

@@ -37,6 +37,7 @@ from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.inference.law_fits import FEWEST_CONDITIONS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.drawing import body_of_effect
 from carrierflex.simulation.carrier.effects.inside_stage import STAGE, group_of_effect
@@ -107,9 +108,8 @@ _SENSOR_EFFECTS = {
     "sensor_angle": _ANGLE,
     "sensor_delay": _DELAY,
 }
-#: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
-#: the table keeps, and folds of blocks where conditions are fewer.
-_FEWEST_CONDITIONS = 3
+#: Blocks of a run, and of all runs together, that the table keeps, and folds of blocks where
+#: conditions are few.
 _BLOCKS_A_RUN = 4
 _MOST_BLOCKS = 96
 #: The products of all blocks take so much memory [bytes], but blocks stay enough to tell how far a
@@ -166,7 +166,7 @@ def carrier_class_table(
     # Without the condition of one of two torques nothing tells what follows torque from what does
     # not: only amplitudes at the torques that were fitted can be predicted.
     has_torques = n_torques >= _FEWEST_TORQUES
-    has_conditions = has_torques and len(set(conditions)) >= _FEWEST_CONDITIONS
+    has_conditions = has_torques and len(set(conditions)) >= FEWEST_CONDITIONS
     run = records.run_of_segment[first]
     if has_conditions:
         folds = _numbered(conditions)

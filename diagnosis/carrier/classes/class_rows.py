@@ -16,6 +16,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     FORCE_Y,
     FORCE_Z,
     N_TIME_COLUMNS,
+    SAME_CONDITION,
     TORQUE,
     flexible_terms,
 )
@@ -55,8 +56,6 @@ LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 #: Radial load, over the largest, at which a saturating function bends.
 _BENDS = (0.15, 0.45)
 _STEP = 1e-4
-#: Two torques over nominal are one within this.
-_ONE_TORQUE = 0.05
 #: Points of a curve around the carrier: waves of less than half as many lobes are exact.
 _POINTS = 512
 _AXIAL = "axial_displacement"
@@ -159,7 +158,7 @@ def torque_levels(torque: FloatArray) -> int:
     """Torques over nominal that differ by more than a twentieth."""
     levels: list[float] = []
     for value in sorted(torque.tolist()):
-        if not levels or value - levels[-1] > _ONE_TORQUE:
+        if not levels or value - levels[-1] > SAME_CONDITION:
             levels.append(value)
     return len(levels)
 

@@ -226,6 +226,10 @@ def largest_load(campaign: Campaign) -> float:
     return largest or 1.0
 
 
+#: Difference of loads, or of speed, over the largest, that is the same condition.
+SAME_CONDITION = 0.05
+
+
 def mean_load(run: Run, name: str) -> float:
     """Mean of a load over a run; zero where the rig has none."""
     return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0

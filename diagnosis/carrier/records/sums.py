@@ -62,18 +62,13 @@ _MOST_MEMORY = 8_000_000_000
 _PROGRAM = 1_100_000_000
 #: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
-#: Bytes of order amplitudes up to which those of the basis are stored.
-_AMPLITUDE_BYTES = 50_000_000
-#: Bytes of products that are unpacked at once.
-_AT_ONCE = 50_000_000
+#: Bytes of an array that is in memory at once: order amplitudes of the basis, unpacked products,
+#: and those of a slice of the runs for a usual set of so many columns. Weights of a slice, their
+#: derivatives and what works on them are some four times as large. Bytes that are stored.
+_AT_ONCE, _STORED_BYTES = 50_000_000, 100_000_000
+_USUAL_COLUMNS = 40
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
-#: Bytes of products of columns in a slice of the runs, for a usual set of so many columns, and of
-#: those that are stored. Weights of a slice, their derivatives and what works on them are some four
-#: times as large.
-_SLICE_BYTES = 50_000_000
-_USUAL_COLUMNS = 40
-_STORED_BYTES = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +249,7 @@ class CarrierSums:
         """Runs whose weights and products are in memory at once; a usual campaign is one slice."""
         n_runs = int(self.run_of_segment[-1]) + 1
         usual_bytes = 8 * self.counts.size * _USUAL_COLUMNS**2
-        n_slices = min(-(-usual_bytes // _SLICE_BYTES), n_runs)
+        n_slices = min(-(-usual_bytes // _AT_ONCE), n_runs)
         edges = np.linspace(0, n_runs, n_slices + 1).astype(int).tolist()
         return tuple(slice(first, end) for first, end in pairwise(edges))
 
@@ -372,7 +367,7 @@ def _filled(
     n_channels = len(campaign.channels)
     shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
     n_orders = highest_order(source.rig.n_planets) + 1
-    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AMPLITUDE_BYTES
+    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AT_ONCE
     n_signals = 1 + basis.size * bool(stores_basis)
     sums = CarrierSums(
         index=index,

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.simulation.carrier.measured_laws import rim_patterns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.rim import inputs_of_columns
@@ -39,8 +40,6 @@ _OPEN_SHARE = 0.03
 _TIE = 2.0 * np.log(100.0)
 #: Costs that differ by less are equal.
 _ROUNDING = 1e-6
-#: Share of the change's mean square that a class explains at least, as a diagnosis asks of it.
-_NAMED_SHARE = 0.8
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
 #: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
@@ -101,7 +100,7 @@ def named_change(
         if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
             costs[one.id] = (cost, one, share, a)
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
-    if share < _NAMED_SHARE:
+    if share < 1.0 - ClassConstants().named_left:
         return ChangeClass(NO_CLASS, (), False, (), "", None, share)
     ties = [
         name

@@ -179,8 +179,6 @@ def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
 _MARGIN = 1.1
 #: Where all that is feasible together leaves less than this share of the gap, nothing parts a pair.
 _NEVER = 0.02
-#: Share of the gap that a cause must explain to be looked at, where records say what is there.
-_EXPLAINS = 0.5
 #: Directions of a fit below this share of the clearest are left at zero.
 _DEPENDENT = 1e-9
 #: Directions of a signature that the baseline leaves less of than this share of the clearest are
@@ -222,12 +220,7 @@ def campaign_plan(
     if fitted is not None:
         gap = float(np.sqrt(measured.projected[0, 0] / measured.n_samples))
     cases = _planned_cases(table, measured, gap) if fitted is None else fitted
-    everything = table.measured(
-        table.weights(
-            {name: 1.0 for name in table.run_names},
-            table.channel_names,
-        )
-    )
+    everything = table.measured(np.ones(table.n_samples.size))
     pairs = []
     for cause in cases:
         note(f"what others make of {cause}")
@@ -367,10 +360,11 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
         case = _Case(signature, (amplitudes / length)[None], True)
         fits.setdefault(signature.effect, []).append((remaining, case))
     best = min((remaining for columns in fits.values() for remaining, _ in columns), default=square)
-    if best > (1.0 - _EXPLAINS) * square:
+    explains = Thresholds().explained
+    if best > (1.0 - explains) * square:
         return None
     most = best + measured.n_samples * Thresholds().exchange_ratio ** 2
-    most = min(most, (1.0 - _EXPLAINS) * square + _EXPLAINS * best)
+    most = min(most, (1.0 - explains) * square + explains * best)
     # Every shape that the records allow: one torque says nothing of the torque at which a
     # clearance closes.
     consistent = {

@@ -75,7 +75,7 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
 
 def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):
     of_basis = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
-    monkeypatch.setattr(sums, "_AMPLITUDE_BYTES", 0)
+    monkeypatch.setattr(sums, "_AT_ONCE", 1)
     of_records = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
     assert of_records.records.amplitudes.shape[2] == 1 < of_basis.records.amplitudes.shape[2]
     theta = of_basis.starts((), {})[1]
