@@ -24,6 +24,8 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import has_wave
 
 IntArray = NDArray[np.int64]
 
+#: Lobes of a wave that shows in a pattern, by its name.
+_LOBES = {name: m for m, name in PATTERN_NAMES.items()}
 _HOUSING = "housing"
 _CARRIER = "carrier"
 _UNDECIDED = "undecided"
@@ -125,11 +127,10 @@ def _frame_of(component: _Component, components: Sequence[_Component], n_planets
         return _HOUSING
     if component.pattern == RADIAL:
         return _radial_frame(component, components)
-    numbers = {name: m for m, name in PATTERN_NAMES.items()}
-    if component.pattern not in numbers:
+    if component.pattern not in _LOBES:
         return _UNDECIDED
-    number = numbers[component.pattern]
-    rivals = [other for other in components if other.order == order and other.pattern in numbers]
+    number = _LOBES[component.pattern]
+    rivals = [other for other in components if other.order == order and other.pattern in _LOBES]
     total = sum(max(other.share, 0.0) for other in rivals)
     share = component.share / max(total, np.finfo(float).tiny)
     if order in (n_planets, 2 * n_planets) and order % 4 == 0 == number:
@@ -211,7 +212,7 @@ class GapComponents:
 
     def _is_fitted(self, component: _Component) -> bool:
         """Whether the baseline takes the mean of what four axial sensors read as a component."""
-        number = {name: m for m, name in PATTERN_NAMES.items()}.get(component.pattern)
+        number = _LOBES.get(component.pattern)
         order = component.order
         return number is not None and any(
             has_wave(pattern, order, lobes, self.n_planets)

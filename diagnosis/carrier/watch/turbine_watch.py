@@ -62,7 +62,7 @@ class Regime:
     speed_range_rpm: Annotated[Sequence[float], "Least and largest speed [rpm]"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Alarm:
     """One alarm."""
 
@@ -75,15 +75,15 @@ class Alarm:
     file: Annotated[str, "File that it was raised in; empty of standard input"]
     time: Annotated[float, "End of the revolution that raised it [s]"]
     since_time: Annotated[float, "Begin of the first revolution after the change [s]"]
-    change: Annotated[ChangeClass | None, "What the change is of; null of a silent channel"]
-    size: Annotated[float | None, "RMS of the change over channels and turn [m]"]
-    size_ci95: Annotated[Sequence[float] | None, "95 % interval of the size [m]"]
-    floors: Annotated[float | None, "Size over the noise floor"]
+    change: Annotated[ChangeClass | None, "What the change is of; null of a silent channel"] = None
+    size: Annotated[float | None, "RMS of the change over channels and turn [m]"] = None
+    size_ci95: Annotated[Sequence[float] | None, "95 % interval of the size [m]"] = None
+    floors: Annotated[float | None, "Size over the noise floor"] = None
     channels: Annotated[Sequence[str], "Channels of a fault of the measurement"]
     regime: Annotated[Regime, "Loads and speed since the change"]
     before: Annotated[Regime, "Loads and speed of the revolutions before it"]
-    is_other_load: Annotated[bool, "Whether the load changed with it"]
-    evidence: Annotated[float | None, "ln of the evidence against no change"]
+    is_other_load: Annotated[bool, "Whether the load changed with it"] = False
+    evidence: Annotated[float | None, "ln of the evidence against no change"] = None
 
 
 @dataclass
@@ -201,15 +201,9 @@ class TurbineWatch:
             file=self.file,
             time=one.end,
             since_time=one.start - (_SILENT - 1) * 2.0 * np.pi / one.loads[3],
-            change=None,
-            size=None,
-            size_ci95=None,
-            floors=None,
             channels=names,
             regime=self._regime(one.loads[None], one.loads),
             before=before,
-            is_other_load=False,
-            evidence=None,
         )
 
     def _learned(self) -> None:
