@@ -261,9 +261,7 @@ class CarrierProblem(ComparisonProblem):
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         square = np.zeros(len(self.segments))
-        matrices = []
-        right_sides = []
-        unknowns = []
+        parts = []
         for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
             segments = self.records.segments_of(runs)
@@ -278,16 +276,9 @@ class CarrierProblem(ComparisonProblem):
             right_side = np.zeros(of_segment.shape)
             right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
             square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
-            matrices.append(matrix)
-            right_sides.append(right_side)
-            unknowns.append(of_segment)
-        return SegmentSums(
-            matrix=np.concatenate(matrices),
-            right_side=np.concatenate(right_sides),
-            square=square,
-            unknowns=np.concatenate(unknowns),
-            n_unknowns=theta.size,
-        )
+            parts.append((matrix, right_side, of_segment))
+        matrix, right_side, unknowns = map(np.concatenate, zip(*parts, strict=True))
+        return SegmentSums(matrix, right_side, square, unknowns, theta.size)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
@@ -426,16 +417,12 @@ class CarrierProblem(ComparisonProblem):
 
     def _searched_channels(self, effects: Effects) -> Choice:
         """Channel of every effect of one sensor, one after the other; the contained ones first."""
-
-        def is_of_one_channel(name: str) -> bool:
-            return self.model.effects[name].is_of_one_channel
-
         choice: dict[str, int] = {}
-        for effect in filter(is_of_one_channel, (*self.model.contained, *effects)):
+        fitted = (*self.model.contained, *effects)
+        of_one = [name for name in fitted if self.model.effects[name].is_of_one_channel]
+        for effect in of_one:
             tried = tuple(
-                name
-                for name in effects
-                if not is_of_one_channel(name) or name in choice or name == effect
+                name for name in effects if name not in of_one or name in choice or name == effect
             )
             costs = [
                 self._best_of(tried, {**choice, effect: channel})[1]
