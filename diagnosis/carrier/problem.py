@@ -16,7 +16,7 @@ from carrierflex.diagnosis.carrier.classes.answer import (
     carrier_class_answer,
     carrier_class_table,
 )
-from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
+from carrierflex.diagnosis.carrier.classes.measured_laws import beyond_visited, effects_of_laws
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.misread import CarrierReading
@@ -36,6 +36,7 @@ from carrierflex.diagnosis.carrier.records.sums import (
     accumulated_sums,
     segment_squares,
 )
+from carrierflex.diagnosis.carrier.wiring import LinearBaseline
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -57,6 +58,7 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
@@ -353,6 +355,14 @@ class CarrierProblem(ComparisonProblem):
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""
         return 0.0
+
+    def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
+        """Warnings where records leave the loads at which a law of a file was measured."""
+        return beyond_visited(law, self.records, self.model.runs)
+
+    def wiring(self, campaign: Campaign) -> WiringChecks:
+        """What can be tried of the wiring of its campaign, without lines off the orders."""
+        return LinearBaseline(self.model, self.campaign, self.parameters).checks()
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """Problem that measured what a model predicts under the inputs of another campaign.
