@@ -96,6 +96,11 @@ class Trace:
     def __post_init__(self) -> None:
         if self.role not in _ROLES:
             raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(_ROLES)}")
+        shapes = {self.x.shape, self.y.shape, (self.x if self.shade is None else self.shade).shape}
+        if len(shapes) != 1 or self.x.ndim != 1:
+            raise ValueError(
+                f"trace '{self.role}' has arrays of shapes {sorted(shapes)}; expected one length n"
+            )
 
 
 @dataclass(frozen=True, eq=False)
