@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,24 +122,20 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     nominal = float(campaign.rig["nominal_torque"])
     speed = max(map(_speed, campaign.runs), key=abs)
     has_radial = "ntl_y" in campaign.contract.inputs
-    loads = []
-    for share in _TORQUES:
-        if share * nominal <= limits.torque:
-            text = f"{share:.0%} torque without radial load"
-            loads.append(_Load(f"torque {share:g}", text, share * nominal, 0.0, 0.0, speed))
-    text = f"full torque at {_SPEED_SHARE:g} of the speed"
     full = min(nominal, limits.torque)
+    loads = [
+        _Load(f"torque {s:g}", f"{s:.0%} torque without radial load", s * nominal, 0.0, 0.0, speed)
+        for s in _TORQUES
+        if s * nominal <= limits.torque
+    ]
+    text = f"full torque at {_SPEED_SHARE:g} of the speed"
     loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
-    for torque in _LOADED_TORQUES if has_radial else ():
-        for name, y, z in _LOADS:
-            for share in _SHARES:
-                force = share * limits.radial_load
-                text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
-                load = _Load(
-                    f"torque {torque:g} {name} {share:g}", text, torque * full, y * force,
-                    z * force, speed,
-                )  # fmt: skip
-                loads.append(load)
+    for torque, (name, y, z), share in product(_LOADED_TORQUES, _LOADS, _SHARES):
+        force = share * limits.radial_load
+        text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
+        name = f"torque {torque:g} {name} {share:g}"
+        if has_radial:
+            loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
     planned = np.array(
         [
@@ -253,10 +250,7 @@ def carrier_planned_table(
     contained = contained_channels(model)
     of_run = _rows_of_load(model) if has_no_recorded_load(problem.campaign) else 0
     n_columns = rows.size + of_run * n_runs
-    grams = []
-    runs = []
-    channels = []
-    counts = []
+    parts = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
         columns = RunColumns(run, model.source)
@@ -273,10 +267,8 @@ def carrier_planned_table(
                     numbers = np.concatenate([numbers, at_end])
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size
-            grams.append(gram)
-            runs.append(r)
-            channels.append(c)
-            counts.append(n_samples)
+            parts.append((gram, r, c, float(n_samples)))
+    grams, runs, channels, counts = map(np.array, zip(*parts, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
     sizes = _by_row(rows, scales, model)
@@ -294,14 +286,14 @@ def carrier_planned_table(
             (change,) = model.effects[signature.effect].parameters
             bound[list(signature.columns)] = change.upper / change.scale
     return PlannedTable(
-        np.array(grams) * np.outer(size, size),
+        grams * np.outer(size, size),
         base.size,
         np.array(precision),
         _signatures(rows),
         parameters,
-        np.array(runs),
-        np.array(channels),
-        np.array(counts, dtype=np.float64),
+        runs,
+        channels,
+        counts,
         tuple(run.name for run in pool.runs),
         tuple(channel.name for channel in pool.channels),
         float(np.sqrt(np.mean(problem.noise))),
@@ -356,14 +348,13 @@ def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:
 def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray:
     """Fitted baseline; parameters of an added run are those of the first run."""
     theta = problem.starts((), {})[1]
-    of_run: dict[tuple[str, str, str | None], float] = {}
-    first: dict[tuple[str, str], float] = {}
-    for parameter, value in zip(problem.parameters(()), theta.tolist(), strict=True):
-        of_run[parameter.effect, parameter.name, parameter.run] = value
-        first.setdefault((parameter.effect, parameter.name), value)
+    known: dict[tuple[str | None, ...], float] = {}
+    for p, value in zip(problem.parameters(()), theta.tolist(), strict=True):
+        known[p.effect, p.name, p.run] = value
+        known.setdefault((p.effect, p.name), value)
     return np.array(
         [
-            of_run.get((p.effect, p.name, p.run), first.get((p.effect, p.name), 0.0))
+            known.get((p.effect, p.name, p.run), known.get((p.effect, p.name), 0.0))
             for p in model.parameters((), contained_channels(model))
         ]
     )

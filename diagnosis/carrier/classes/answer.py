@@ -386,11 +386,9 @@ def _without_run(gram: FloatArray, of_run: slice) -> FloatArray:
     """Products of one run by block once its parameters, the last ones, are fitted to it."""
     total = gram.sum(axis=0)
     fit = total[:, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=_ROUNDING)
-    reduced = []
-    for block in gram:
-        taken = fit @ block[of_run]
-        reduced.append(block + (fit @ block[of_run, of_run] @ fit.T - taken - taken.T))
-    return np.array(reduced)[:, : of_run.start, : of_run.start]
+    taken = fit @ gram[:, of_run]
+    reduced = gram + (fit @ gram[:, of_run, of_run] @ fit.T - taken - np.swapaxes(taken, 1, 2))
+    return np.asarray(reduced[:, : of_run.start, : of_run.start])
 
 
 def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, ...]]:
