@@ -193,15 +193,23 @@ def _hypotheses(
     yield from _faults(baseline, before)
 
 
-def _faults(baseline: RimBaseline, before: FloatArray) -> Iterator[_Hypothesis]:
+def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
     """What a channel, a pair of channels or the clock does to the signals as they were."""
     p, C = before.shape
     slope = _slope(before)
     constant = np.zeros((p, C))
     constant[0] = 1.0
-    length = float(np.linalg.norm(slope))
-    if length:
-        yield _Hypothesis(CLOCK, slope[None] / length, length=length)
+
+    def known(name: str, vector: FloatArray, names: tuple[str, ...], *others: FloatArray) -> None:
+        """Add a fault of a known vector, which must not be zero, and further columns."""
+        length = float(np.linalg.norm(vector))
+        if length:
+            faults.append(
+                _Hypothesis(name, np.stack([vector / length, *others]), names, "", length)
+            )
+
+    faults: list[_Hypothesis] = []
+    known(CLOCK, slope, ())
     for c, channel in enumerate(baseline.channels):
         only = np.zeros(C)
         only[c] = 1.0
@@ -209,23 +217,18 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> Iterator[_Hypothesis]:
         waves[0] = 0.0
         zero = constant * only
         names = (channel.name,)
-        yield _Hypothesis(ZERO, zero[None], names)
+        faults.append(_Hypothesis(ZERO, zero[None], names))
         rows = np.zeros((p, p, C))
         rows[np.arange(p), np.arange(p), c] = 1.0
-        yield _Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True)
-        for name, vector in ((GAIN, waves), (ANGLE, slope * only)):
-            length = float(np.linalg.norm(vector))
-            if length:
-                columns = np.stack([vector / length, zero])
-                yield _Hypothesis(name, columns, names, length=length)
+        faults.append(_Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True))
+        known(GAIN, waves, names, zero)
+        known(ANGLE, slope * only, names, zero)
     for first, second in combinations(range(C), 2):
         exchanged = before.copy()
         exchanged[:, [first, second]] = before[:, [second, first]]
-        vector = exchanged - before
-        length = float(np.linalg.norm(vector))
-        if length:
-            both = (baseline.channels[first].name, baseline.channels[second].name)
-            yield _Hypothesis(EXCHANGED, vector[None] / length, both, length=length)
+        both = (baseline.channels[first].name, baseline.channels[second].name)
+        known(EXCHANGED, exchanged - before, both)
+    return faults
 
 
 def _slope(vector: FloatArray) -> FloatArray:
@@ -273,11 +276,7 @@ def _turn(loads: FloatArray) -> dict[str, FloatArray]:
 def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:
     """Vectors of the unit signals of an effect, shape (q, p, C)."""
     effect, inputs = baseline.effects[name], inputs_of_columns(turn)
-    signals = np.array(
-        [
-            effect.signals(baseline.sensor(channel), inputs, baseline.rig)
-            for channel in baseline.channels
-        ]
-    )
+    sensors = [baseline.sensor(channel) for channel in baseline.channels]
+    signals = np.array([effect.signals(sensor, inputs, baseline.rig) for sensor in sensors])
     angle = turn["carrier_angle"]
     return np.array([baseline.vectors(angle, of_unit)[0] for of_unit in signals.swapaxes(0, 1)])
