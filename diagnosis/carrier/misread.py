@@ -9,6 +9,7 @@ once more from what would be read.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -85,29 +86,22 @@ class CarrierReading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
         as_read = self._scores()
-        quantities = {error.quantity for error in errors if error.channel is not None}
-        of_channels = {
-            quantity: self._of_sensors(quantity) for quantity in quantities.difference(_OF_POSITION)
-        }
-        moved = {
-            quantity: self._of_positions(errors, quantity) - as_read
-            for quantity in quantities.intersection(_OF_POSITION)
-        }
-        if Measurement.ANGLE in quantities:
-            of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
+        of_sensors, of_prediction = cache(self._of_sensors), cache(self._of_prediction)
+        moved = cache(lambda quantity: self._of_positions(errors, quantity) - as_read)
         scores = []
         for error in errors:
-            if error.channel is None:
+            quantity, channel = error.quantity, error.channel
+            if channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
                 change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
-                if error.quantity is Measurement.DELAY:
-                    change += error.std * self._of_prediction(error.quantity).sum(axis=0)
+                if quantity is Measurement.DELAY:
+                    change += error.std * of_prediction(quantity).sum(axis=0)
+            elif quantity in _OF_POSITION:
+                change = moved(quantity)[channel]
+                if quantity is Measurement.ANGLE:
+                    change = error.std * of_prediction(quantity)[channel] + change
             else:
-                change = np.zeros(self.theta.size)
-                if error.quantity in of_channels:
-                    change += error.std * of_channels[error.quantity][error.channel]
-                if error.quantity in moved:
-                    change += moved[error.quantity][error.channel]
+                change = error.std * of_sensors(quantity)[channel]
             scores.append(change)
         scores += [change.sum(axis=0) for change in self._of_curves()]
         table = np.array(scores).reshape(len(scores), self.theta.size)
@@ -267,28 +261,33 @@ def _misread_run(run: Run, error: DeclaredError) -> Run:
     )
 
 
+def _curves_of(rig: CarrierRig, pins: str) -> dict[str, DeflectionCurve]:
+    """Curves of a carrier with some pins, under torque and under the force of one pin."""
+    names = (_UNDER_TORQUE + pins, _OF_ONE_PIN + pins)
+    return {name: rig.curves[name] for name in names if name in rig.curves}
+
+
 def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
     """Rigs with one wave of the curves one standard deviation larger."""
     for pins, std in _STD.items():
-        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
-        waves = {name: _waves(rig.curves[name]) for name in names}
+        curves = _curves_of(rig, pins)
+        waves = {name: _waves(curve) for name, curve in curves.items()}
         largest = {orders[0] for orders in waves.values() if orders}
         for order in sorted({order for orders in waves.values() for order in orders} - largest):
-            changed = {
-                name: _larger(rig.curves[name], order, std)
-                for name, orders in waves.items()
-                if order in orders
-            }
+            shown = (name for name, orders in waves.items() if order in orders)
+            changed = {name: _larger(curves[name], order, std) for name in shown}
             yield replace(rig, curves={**rig.curves, **changed})
 
 
 def _rigs_of_mesh_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
     """Rigs with larger curves: the error of their largest wave by the mesh ends 95 %."""
     for pins in _STD:
-        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
-        errors = {name: rig.curves[name].mesh_error / NORMAL_95 for name in names}
-        if any(errors.values()):
-            changed = {name: _larger(rig.curves[name], slice(None), errors[name]) for name in names}
+        curves = _curves_of(rig, pins)
+        if any(curve.mesh_error for curve in curves.values()):
+            changed = {
+                name: _larger(curve, slice(None), curve.mesh_error / NORMAL_95)
+                for name, curve in curves.items()
+            }
             yield replace(rig, curves={**rig.curves, **changed})
 
 
