@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,10 @@ from carrierflex.diagnosis.gap.findings import (
     ORDER,
     SMALL_ORDER,
     WITHOUT,
-    Exponent,
     Finding,
     PartGrowth,
     exponents,
+    undetermined,
 )
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
@@ -60,7 +59,7 @@ class _Component:
     p_value: float  # largest of those runs
 
 
-def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
+def components_of(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
     """Components of the gap over all runs, largest first."""
     gap = map_of(cells)
     if not gap:
@@ -157,7 +156,7 @@ def _radial_frame(component: _Component, components: Sequence[_Component]) -> st
 class GapComponents:
     """Components of a gap, what each is fixed to and how it grows with the loads."""
 
-    cells: Sequence[GapCell]  # The map
+    components: Sequence[_Component]  # Largest first
     #: ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes
     conditions: Mapping[str, Mapping[str, float]]
     n_planets: int  # Planets
@@ -178,13 +177,9 @@ class GapComponents:
         rest = [one for one in self._significant if one not in large]
         return (*map(self._finding, large), *_small_orders(rest, len(self.conditions[TORQUE])))
 
-    @cached_property
-    def _components(self) -> tuple[_Component, ...]:
-        return _components(self.cells)
-
     @property
     def _significant(self) -> list[_Component]:
-        return [one for one in self._components if one.runs and one.share > 0.0]
+        return [one for one in self.components if one.runs and one.share > 0.0]
 
     def _growth(self, component: _Component) -> PartGrowth:
         """Exponents of a component with every condition, over the runs that show it."""
@@ -198,15 +193,12 @@ class GapComponents:
         growth = exponents(size, error, values)
         if self._is_fitted(component):
             # What is beside a mean grows either way from where the loads are mean.
-            nan = np.nan
-            growth = {
-                name: Exponent(nan, (nan, nan), nan, one.n_points, "the baseline takes its mean")
-                for name, one in growth.items()
-            }
+            reason = "the baseline takes its mean"
+            growth = {name: undetermined(one.n_points, reason) for name, one in growth.items()}
         return PartGrowth(
             component.pattern,
             float(component.order),
-            _frame_of(component, self._components, self.n_planets),
+            _frame_of(component, self.components, self.n_planets),
             growth,
         )
 

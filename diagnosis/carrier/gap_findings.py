@@ -19,6 +19,7 @@ from carrierflex.diagnosis.carrier.gap_components import (
     SPEED,
     TORQUE,
     GapComponents,
+    components_of,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -129,7 +130,7 @@ class CarrierGap:
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
         components = GapComponents(
-            map_of(self.cells).on_orders(),
+            components_of(map_of(self.cells).on_orders()),
             self.conditions,
             n_planets,
             tuple({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS)),

@@ -79,17 +79,17 @@ def _exponent(
 ) -> Exponent:
     n = size.size
     if n < 2:
-        return _none(n, "fewer than two points show it")
+        return undetermined(n, "fewer than two points show it")
     columns = {other: _column(values) for other, values in conditions.items()}
     varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(_SPAN)]
     if name not in varying:
-        return _none(n, f"{name} does not vary")
+        return undetermined(n, f"{name} does not vary")
     others = [other for other in varying if other != name]
     design = np.column_stack([np.ones(n), *(columns[other] for other in others)])
     centred = columns[name] - columns[name].mean()
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _SEPARATE_SHARE * np.linalg.norm(centred):
-        return _none(n, f"{name} changes together with {' and '.join(others)}")
+        return undetermined(n, f"{name} changes together with {' and '.join(others)}")
     return _fitted(
         np.column_stack([columns[name], design]),
         np.log(size),
@@ -123,7 +123,8 @@ def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Expone
     )
 
 
-def _none(n: int, reason: str) -> Exponent:
+def undetermined(n: int, reason: str) -> Exponent:
+    """Exponent that `n` pairs of gap and condition do not show, and why."""
     nan = np.nan
     return Exponent(nan, (nan, nan), nan, n, reason)
 

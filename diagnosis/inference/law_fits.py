@@ -85,16 +85,6 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     return tuple(fold for fold in folds if fold.held_out.any())
 
 
-def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
-    """Score a set on every fold."""
-    square = np.full(len(problem.segments), np.nan)
-    for fold in folds:
-        theta = fold_theta(problem, fit, fold)
-        squares = problem.squares(fit.effects, theta, fold.held_out)
-        square[fold.held_out] = squares[fold.held_out].sum(axis=1)
-    return HeldOut(fit, square)
-
-
 def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
     """Parameters fitted without the held-out segments, shape (p,).
 
@@ -316,9 +306,14 @@ def _fitted_set(
 
 
 def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
-    """Held-out score of a set, in another process."""
+    """Score of a set on every fold."""
+    square = np.full(len(problem.segments), np.nan)
     with single_threaded():
-        return held_out_score(problem, fit, folds)
+        for fold in folds:
+            theta = fold_theta(problem, fit, fold)
+            squares = problem.squares(fit.effects, theta, fold.held_out)
+            square[fold.held_out] = squares[fold.held_out].sum(axis=1)
+    return HeldOut(fit, square)
 
 
 def explained_share(before: float, after: float, floor: float) -> float:

@@ -135,7 +135,8 @@ def parity_words(parity: str) -> str:
 
 def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """One of the largest parts with its share."""
-    return _SENTENCES[finding.kind](finding, of_the_gap, parity)
+    text = _SENTENCES[finding.kind](finding, of_the_gap)
+    return f"{text}, {_PARITIES[parity]}" if finding.kind == BAND and parity in _PARITIES else text
 
 
 def _share(finding: Finding) -> str:
@@ -143,7 +144,7 @@ def _share(finding: Finding) -> str:
     return f"{min(100.0 * finding.share, 100.0):.0f} %"
 
 
-def _order_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _order_words(finding: Finding, of_the_gap: str) -> str:
     """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run``."""
     start = (
         f"{_share(finding)} {of_the_gap}is order {finding.order}, "
@@ -181,7 +182,7 @@ def _meaning(finding: Finding) -> str:
     return f" ({_FRAMES[finding.frame]})"
 
 
-def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _line_words(finding: Finding, of_the_gap: str) -> str:
     """``30 % of the gap is a line at 0.47X (0.17 Hz), between the shaft's orders, in s137``."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
@@ -193,8 +194,8 @@ def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     )
 
 
-def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
-    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, growth and parity."""
+def _band_words(finding: Finding, of_the_gap: str) -> str:
+    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, and growth."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
@@ -206,10 +207,10 @@ def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
             low_end, high_end = exponent.ci95
             text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
-    return text + (f", {_PARITIES[parity]}" if parity in _PARITIES else "")
+    return text
 
 
-def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _motion_words(finding: Finding, of_the_gap: str) -> str:
     """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run``."""
     assert finding.band_hz is not None
     name = finding.patterns[0]
