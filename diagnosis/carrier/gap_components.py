@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.comparison.problem import GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
     KNOWN_WITHIN,
     ORDER,
@@ -20,8 +19,6 @@ from carrierflex.diagnosis.gap.findings import (
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import has_wave
-
-IntArray = NDArray[np.int64]
 
 #: Lobes of a wave that shows in a pattern, by its name.
 _LOBES = {name: m for m, name in PATTERN_NAMES.items()}

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
@@ -23,7 +22,7 @@ from carrierflex.diagnosis.carrier.gap_components import (
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
-from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
     LINE,
     SMALL_ORDER,
@@ -63,7 +62,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL
 
 #: Points of a turn at which its peaks are looked for.
 _POINTS = 128
-IntArray = NDArray[np.int64]
 #: Seeds of the draws of the cells, on the orders and off them.
 _SEED, _SEED_OFF_ORDERS = 3, 5
 

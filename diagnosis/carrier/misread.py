@@ -14,13 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import (
-    CarrierModel,
-    ChannelChoice,
-    Choice,
-    IntArray,
-    WeightTable,
-)
+from carrierflex.diagnosis.carrier.model import CarrierModel, ChannelChoice, Choice, WeightTable
 from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
     RunColumns,
@@ -37,7 +31,7 @@ from carrierflex.diagnosis.comparison.known_physics import (
     Misreading,
     declared_errors,
 )
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import TOLERANCES

@@ -10,7 +10,6 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import (
     ANGLE,
@@ -28,6 +27,7 @@ from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownP
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
     FloatArray,
+    IntArray,
     Parameter,
     bounds_of,
 )
@@ -35,8 +35,6 @@ from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
-
-IntArray = NDArray[np.int64]
 
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]

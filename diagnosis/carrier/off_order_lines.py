@@ -4,12 +4,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaincc, gammaln
 
-from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
@@ -283,7 +282,7 @@ class _Spectra:
         return float(self.axis[surest]), float(np.exp(min(smallest, 0.0)))
 
 
-def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
+def _log_tail(number: IntArray, total: FloatArray) -> FloatArray:
     """Log of the probability that ``Gamma(number)`` exceeds `total`; 0 where number is zero."""
     shape = np.maximum(number, 1).astype(np.float64)
     with np.errstate(divide="ignore"):

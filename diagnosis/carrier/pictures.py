@@ -9,12 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import RunColumns
-from carrierflex.diagnosis.carrier.records.sums import (
-    MOST_BLOCKS,
-    CarrierSums,
-    ComplexArray,
-    IntArray,
-)
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -24,7 +19,7 @@ from carrierflex.diagnosis.comparison.overlay import (
     Picture,
     Trace,
 )
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import ComplexArray, Effects, FloatArray, IntArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import OrderFit

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import (
     CarrierModel,
@@ -23,7 +22,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     mean_load,
     typical_speed,
 )
-from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
 from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
@@ -42,7 +41,6 @@ from carrierflex.simulation.carrier.rim import CarrierInputs
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.stage.stage_data import MountingData
 
-FloatArray = NDArray[np.float64]
 #: Steps of torque, over the nominal one.
 _TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
 #: Torques of the radial loads, and shares of the largest one.

@@ -32,7 +32,6 @@ from carrierflex.diagnosis.carrier.records.columns import (
 )
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
-    IntArray,
     accumulated_sums,
     segment_squares,
 )
@@ -40,16 +39,13 @@ from carrierflex.diagnosis.carrier.wiring import LinearBaseline
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import (
-    KnownPhysics,
-    Misreading,
-    known_physics,
-)
+from carrierflex.diagnosis.comparison.known_physics import KnownPhysics, Misreading, known_physics
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
+    IntArray,
     Parameter,
     Segment,
     SegmentSums,
@@ -62,12 +58,7 @@ from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import (
-    CURVES,
-    TOLERANCES,
-    Channel,
-    KnownValue,
-)
+from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, Channel, KnownValue
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step

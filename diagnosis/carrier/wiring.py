@@ -10,11 +10,10 @@ from functools import cached_property
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
-from carrierflex.diagnosis.comparison.problem import Effects, Parameter
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
     SENSOR_ORDER,
@@ -31,9 +30,6 @@ from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums,
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.laws import Law
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4

@@ -20,7 +20,6 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -127,8 +126,6 @@ def _installed(
         cards.append(card)
     return tuple(cards)
 
-
-FloatArray = NDArray[np.float64]
 
 _FORCE_LAW = "a function (deflection, speed, parameters) -> force that numba can compile"
 #: Deflections [m] and speeds [m/s] at which a force law is tried.

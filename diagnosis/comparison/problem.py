@@ -16,6 +16,8 @@ BASELINE = "baseline"
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 Effects = tuple[str, ...]
 
 

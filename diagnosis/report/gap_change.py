@@ -11,22 +11,11 @@ import numpy as np
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
-from carrierflex.diagnosis.inference.results import (
-    NO_INTERVAL,
-    BlockScore,
-    Interval,
-    RunValidation,
-)
+from carrierflex.diagnosis.inference.results import NO_INTERVAL, BlockScore, Interval, RunValidation
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import (
-    listed,
-    percent,
-    position_of,
-    ratio,
-    sized,
-)
+from carrierflex.diagnosis.report.words import listed, percent, position_of, ratio, sized
 from carrierflex.files.json_files import plain
 from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table

@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
@@ -30,7 +30,6 @@ from carrierflex.simulation.carrier.rim import (
 )
 from carrierflex.simulation.sensing import delayed, delayed_angle
 
-FloatArray = NDArray[np.float64]
 #: Largest shift of a sensor, and of the angle behind a delay, at which columns are computed.
 _FARTHEST_MOVE_DEG, _FARTHEST_DELAY_DEG = 6.0, 18.0
 #: Values between the bounds of a shape that names no nodes.
@@ -55,7 +54,6 @@ FORCE_Y = "ntl_y"
 FORCE_Z = "ntl_z"
 #: Columns of time before those of the flexible residual model: u and u squared.
 N_TIME_COLUMNS = 2
-IntArray = NDArray[np.int64]
 _INPUTS = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
 #: Samples whose columns are in memory at once.
 _CHUNK = 20_000
@@ -243,7 +241,7 @@ class BlockColumns:
     #: Columns at the samples of a piece that holds the block, the target first, shape (k, n)
     rows: FloatArray
     samples: IntArray  # Numbers of these samples in the run, ascending, shape (n,)
-    is_complete: NDArray[np.bool_]  # Whether no column is missing, shape (n,)
+    is_complete: BoolArray  # Whether no column is missing, shape (n,)
     inputs: CarrierInputs  # Inputs at these samples
     revolutions: Sequence[IntArray]  # Numbers of the samples of every revolution of the block
 

@@ -16,7 +16,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
@@ -29,7 +28,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     groups_of_runs,
     some_samples,
 )
-from carrierflex.diagnosis.comparison.problem import Segment
+from carrierflex.diagnosis.comparison.problem import ComplexArray, FloatArray, IntArray, Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
@@ -37,8 +36,6 @@ from carrierflex.identification.campaign.order_analysis import OrderFit, highest
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 #: Length of a column of unit length that must lie off the others for it to be in the basis: those
 #: that stand far off first, so that the weights of the rest are small. What is a combination misses
 #: by rounding, 1e-13.
@@ -50,7 +47,6 @@ _LARGEST_MISS = 1e-10
 #: Samples at which the columns are compared, over all runs, and fewest of a run.
 _SAMPLES = 2000
 _FEWEST = 12
-ComplexArray = NDArray[np.complex128]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 MOST_BLOCKS = 12

@@ -15,17 +15,15 @@ from itertools import combinations
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.carrier.measured_laws import rim_patterns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.rim import inputs_of_columns
-
-FloatArray = NDArray[np.float64]
 
 #: Faults of the measurement, not of the machine.
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"

@@ -42,9 +42,8 @@ References
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 
 #: Revolutions over which d is averaged, chosen: a large change shows in the first window, a small
 #: one in the last.
@@ -165,9 +164,7 @@ class ChangeTest:
         step = np.clip(_FOLLOWS * along, -most, most)
         return DetectorState(x, estimate, sums, state.offset + step)
 
-    def _without_noise(
-        self, d: FloatArray, b: NDArray[np.int64], w: NDArray[np.int64]
-    ) -> FloatArray:
+    def _without_noise(self, d: FloatArray, b: IntArray, w: IntArray) -> FloatArray:
         """Estimates d less what noise makes of them, by component: ``d max(1 - 2 var / d², 0)``.
 
         ``var = Sigma_cc / (1 - phi)² / (2 w - 1)`` is the variance of a mean over a window w.
@@ -179,9 +176,7 @@ class ChangeTest:
         share = np.maximum(d**2 - 2.0 * variance, 0.0) / np.maximum(d**2, np.finfo(float).tiny)
         return np.asarray(share * d)
 
-    def _growth(
-        self, last: FloatArray, x: FloatArray, d: FloatArray, b: NDArray[np.int64]
-    ) -> FloatArray:
+    def _growth(self, last: FloatArray, x: FloatArray, d: FloatArray, b: IntArray) -> FloatArray:
         """``ln e_n``, shape (m,), of m streams and windows whose estimate is beyond delta."""
         phi, Sigma, delta = self.memory[b][..., None], self.covariance[b], self.dead_band[b]
         size = np.sqrt(np.einsum("mkc,mkc->m", d, d))

@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
 from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, TOLERANCES, Channel
@@ -28,7 +28,6 @@ from carrierflex.simulation.carrier.rim import (
     inputs_of_columns,
 )
 
-FloatArray = NDArray[np.float64]
 Columns = Mapping[str, FloatArray]
 
 #: A channel without a change for this share of a revolution, or with more missing, is silent.
@@ -48,7 +47,7 @@ class Revolution:
     residual: FloatArray  # Vector of measured less predicted [m], zero if silent, shape (p, C)
     predicted: FloatArray  # Vector of predicted [m], shape (p, C)
     scatter: FloatArray  # Mean square of the samples about the orders [m²], shape (C,)
-    is_silent: NDArray[np.bool_]  # Channels that are constant or missing, shape (C,)
+    is_silent: BoolArray  # Channels that are constant or missing, shape (C,)
     loads: FloatArray  # Mean torque [N m], radial load along y and z [N]; speed [rad/s], shape (4,)
 
 
@@ -165,7 +164,7 @@ class RimBaseline:
             loads=np.array([*loads, speed]),
         )
 
-    def _silent(self, angle: FloatArray, signals: FloatArray) -> NDArray[np.bool_]:
+    def _silent(self, angle: FloatArray, signals: FloatArray) -> BoolArray:
         """Channels that are constant for a part of the turn, or missing, shape (C,)."""
         n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
         if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.watch.change_test import DetectorState, RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
-from carrierflex.diagnosis.carrier.watch.turbine_watch import (
-    Alarm,
-    TurbineWatch,
-    WatchOptions,
-)
+from carrierflex.diagnosis.carrier.watch.turbine_watch import Alarm, TurbineWatch, WatchOptions
 from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.json_files import plain
 from carrierflex.files.shown_values import shortened, shown

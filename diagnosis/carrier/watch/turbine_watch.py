@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass, named_change
 from carrierflex.diagnosis.carrier.watch.change_test import (
@@ -21,9 +20,8 @@ from carrierflex.diagnosis.carrier.watch.change_test import (
     threshold_of,
 )
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import Revolution, RimBaseline
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
 from carrierflex.identification.estimation.resampling import NORMAL_95
-
-FloatArray = NDArray[np.float64]
 
 #: Revolutions after an alarm that become the new reference.
 SETTLING = 50
@@ -104,8 +102,8 @@ class TurbineWatch:
     alarms: list[Alarm] = field(default_factory=list)
     noise: RevolutionNoise | None = None
     state: DetectorState | None = None
-    silent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    masked: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    silent: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    masked: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     recent: dict[str, FloatArray] = field(default_factory=dict)
     n_recent: int = 0
 

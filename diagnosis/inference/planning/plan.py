@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     NEVER,
@@ -31,9 +31,6 @@ from carrierflex.diagnosis.inference.planning.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Columns whose square is below this share of the largest do not act.
 _ABSENT = 1e-24
