@@ -57,10 +57,8 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     WAVES,
 )
 
-_GAIN = "channel/gain"
-_ZERO = "channel/zero"
-_ANGLE = "channel/angle"
-_DELAY = "clock/delay"
+#: Classes of errors of the sensors.
+GAIN, ZERO, ANGLE, DELAY = "channel/gain", "channel/zero", "channel/angle", "clock/delay"
 #: A carrier that differs from its drawing, by the body that does.
 _MODEL = "model"
 #: Standard deviation of a derivative of the curves, over its value: its mesh (5 % of the outer
@@ -93,21 +91,16 @@ _LAWS = {
     "pin_clearance": (WAVES, (BY_TORQUE,)),
     "face_runout": (WAVES, (NONE,)),
     "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
-    "sensor_gain": (_GAIN, (NONE,)),
-    "sensor_zero": (_ZERO, (NONE,)),
-    "sensor_angle": (_ANGLE, (NONE,)),
-    "sensor_delay": (_DELAY, (NONE,)),
+    "sensor_gain": (GAIN, (NONE,)),
+    "sensor_zero": (ZERO, (NONE,)),
+    "sensor_angle": (ANGLE, (NONE,)),
+    "sensor_delay": (DELAY, (NONE,)),
 }
 CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
 #: Frames and patterns of laws that hold whatever the load.
 CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
-_SENSOR_EFFECTS = {
-    "sensor_gain": _GAIN,
-    "sensor_zero": _ZERO,
-    "sensor_angle": _ANGLE,
-    "sensor_delay": _DELAY,
-}
+_SENSOR_EFFECTS = {law: shape for law, shape in CLASS_OF_LAW.items() if law.startswith("sensor_")}
 #: Blocks of a run, and of all runs together, that the table keeps, and folds of blocks where
 #: conditions are few.
 _BLOCKS_A_RUN = 4

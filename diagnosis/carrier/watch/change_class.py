@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
+from carrierflex.diagnosis.carrier.classes.answer import ANGLE, CLASS_OF_LAW, DELAY, GAIN, ZERO
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
 from carrierflex.diagnosis.classes.constants import ClassConstants
@@ -27,8 +27,7 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 
 #: Faults of the measurement, not of the machine.
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
-GAIN, ZERO, ANGLE = "channel/gain", "channel/zero", "channel/angle"
-CLOCK, ONE_CHANNEL = "clock/delay", "channel/other"
+ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
 #: Patterns of waves whose sizes know no ratio.
 _OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
@@ -207,7 +206,7 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
             )
 
     faults: list[_Hypothesis] = []
-    known(CLOCK, slope, ())
+    known(DELAY, slope, ())
     for c, channel in enumerate(baseline.channels):
         only = np.zeros(C)
         only[c] = 1.0
