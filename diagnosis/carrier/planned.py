@@ -248,7 +248,7 @@ def carrier_planned_table(
     contained = contained_channels(model)
     of_run = _rows_of_load(model) if has_no_recorded_load(problem.campaign) else 0
     n_columns = rows.size + of_run * n_runs
-    parts = []
+    products = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
         columns = RunColumns(run, model.source)
@@ -265,8 +265,8 @@ def carrier_planned_table(
                     numbers = np.concatenate([numbers, at_end])
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size
-            parts.append((gram, r, c, float(n_samples)))
-    grams, runs, channels, counts = map(np.array, zip(*parts, strict=True))
+            products.append((gram, r, c, float(n_samples)))
+    grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
     sizes = _by_row(rows, scales, model)

@@ -254,7 +254,7 @@ class CarrierProblem(ComparisonProblem):
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         square = np.zeros(len(self.segments))
-        parts = []
+        of_slices = []
         for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
             segments = self.records.segments_of(runs)
@@ -269,8 +269,8 @@ class CarrierProblem(ComparisonProblem):
             right_side = np.zeros(of_segment.shape)
             right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
             square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
-            parts.append((matrix, right_side, of_segment))
-        matrix, right_side, unknowns = map(np.concatenate, zip(*parts, strict=True))
+            of_slices.append((matrix, right_side, of_segment))
+        matrix, right_side, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
         return SegmentSums(matrix, right_side, square, unknowns, theta.size)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:

@@ -197,7 +197,7 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
     constant = np.zeros((p, C))
     constant[0] = 1.0
 
-    def known(name: str, vector: FloatArray, names: tuple[str, ...], *others: FloatArray) -> None:
+    def add(name: str, vector: FloatArray, names: tuple[str, ...], *others: FloatArray) -> None:
         """Add a fault of a known vector, which must not be zero, and further columns."""
         length = float(np.linalg.norm(vector))
         if length:
@@ -206,7 +206,7 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
             )
 
     faults: list[_Hypothesis] = []
-    known(DELAY, slope, ())
+    add(DELAY, slope, ())
     for c, channel in enumerate(baseline.channels):
         only = np.zeros(C)
         only[c] = 1.0
@@ -218,13 +218,13 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
         rows = np.zeros((p, p, C))
         rows[np.arange(p), np.arange(p), c] = 1.0
         faults.append(_Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True))
-        known(GAIN, waves, names, zero)
-        known(ANGLE, slope * only, names, zero)
+        add(GAIN, waves, names, zero)
+        add(ANGLE, slope * only, names, zero)
     for first, second in combinations(range(C), 2):
         exchanged = before.copy()
         exchanged[:, [first, second]] = before[:, [second, first]]
         both = (baseline.channels[first].name, baseline.channels[second].name)
-        known(EXCHANGED, exchanged - before, both)
+        add(EXCHANGED, exchanged - before, both)
     return faults
 
 

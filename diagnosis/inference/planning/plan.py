@@ -481,7 +481,7 @@ def _least_energy(measured: _MeasuredGram, case: _Case, rivals: tuple[Signature,
         return 0.0
     products = _remainders(measured, case.signature, rivals)
     if case.is_one:
-        left = np.einsum("i,vij,j->v", directions[0], products, directions[0])
+        energies = np.einsum("i,vij,j->v", directions[0], products, directions[0])
     else:
-        left = np.linalg.eigvalsh(directions @ products @ directions.T)[:, 0]
-    return max(0.0, float(left.min()))
+        energies = np.linalg.eigvalsh(directions @ products @ directions.T)[:, 0]
+    return max(0.0, float(energies.min()))
