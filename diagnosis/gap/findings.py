@@ -15,14 +15,14 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 
+#: Half width of its interval within which an exponent is known.
+KNOWN_WITHIN = 1.0
 #: A condition varies where its largest value is at least this many times its smallest.
 _SPAN = 1.3
 #: Values below this share of the largest count as "without" (a radial load at rest of its rams).
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
 _SEPARATE_SHARE = 0.3
-#: Half width of its interval within which an exponent is known.
-KNOWN_WITHIN = 1.0
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
 

@@ -9,6 +9,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     AT_NOISE_FLOOR,
     FLOOR_UNKNOWN,
+    NO_INTERVAL,
     GapReduction,
     Interval,
     SelectionStep,
@@ -96,9 +97,8 @@ def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
     for warning in diagnosis.warnings[:_MOST_LISTED]:
         what = f" ({fault_words(warning.id)})" if warning.id else ""
         share = min(warning.figure, 1.0) if warning.id.startswith("wiring/") else math.nan
-        nothing = (math.nan, math.nan)
         yield CauseRow(
-            FAULT, f"{warning.about}{what}", share, nothing, [("", warning.text)], warning.line
+            FAULT, f"{warning.about}{what}", share, NO_INTERVAL, [("", warning.text)], warning.line
         )
 
 
@@ -224,9 +224,8 @@ def _level_words(data: ReportData, run: str, other: str) -> str:
 
 def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
     """What no cause explains, with the run in which it is largest."""
-    nothing = (math.nan, math.nan)
     if diagnosis.verdict == AT_NOISE_FLOOR:
-        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, nothing, [], "")
+        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, NO_INTERVAL, [], "")
         return
     is_answered = len(far.steps) > 1 or diagnosis.shrinks_by_class
     errors = {
@@ -239,5 +238,5 @@ def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         values = [("", "how much of it is noise is not known")]
     share = 1.0 - far.phi if is_answered else 1.0
-    ci95 = (1.0 - far.phi_ci95[1], 1.0 - far.phi_ci95[0]) if is_answered else nothing
+    ci95 = (1.0 - far.phi_ci95[1], 1.0 - far.phi_ci95[0]) if is_answered else NO_INTERVAL
     yield CauseRow(UNEXPLAINED, "not explained", share, ci95, values, acts)
