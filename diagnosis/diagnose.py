@@ -18,8 +18,8 @@ from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
-from carrierflex.diagnosis.inference.held_out import HeldOut
 from carrierflex.diagnosis.inference.law_fits import (
+    HeldOut,
     LawFits,
     Selection,
     candidate_sets,

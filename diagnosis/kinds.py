@@ -1,31 +1,18 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.measured_laws import (
-    beyond_visited,
-    carrier_law_of_answer,
-)
-from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
-from carrierflex.diagnosis.carrier.wiring import (
-    carrier_mean_square,
-    carrier_predictions,
-    carrier_records,
-    carrier_rivals,
-    unchecked_records,
-)
+from carrierflex.diagnosis.carrier.classes.measured_laws import carrier_law_of_answer
+from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.element.problem import element_problem, element_with_prediction
 from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.mounting.problem import mounting_problem, mounting_with_prediction
 from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
-from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -141,9 +128,6 @@ PROBLEM_BUILDERS: dict[
 
 def law_findings(problem: ComparisonProblem, laws: Sequence[Law]) -> tuple[CampaignWarning, ...]:
     """Where records leave the range in which laws of files were measured."""
-    if isinstance(problem, CarrierProblem):
-        records, runs = problem.records, problem.model.runs
-        return tuple(warning for law in laws for warning in beyond_visited(law, records, runs))
     return tuple(warning for law in laws for warning in problem.beyond_visited(law))
 
 
@@ -168,47 +152,3 @@ def saved_law(
     largest share. `values` are fitted parameters of the named laws.
     """
     return _LAWS[campaign.kind](answer, campaign.name, wanted, values)
-
-
-def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
-    """What can be tried of a campaign's wiring, by its kind.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Problem of the campaign.
-    campaign : Campaign
-        Measured runs.
-
-    Returns
-    -------
-    WiringChecks
-        Rivals, and records beside their prediction.
-    """
-    if isinstance(problem, CarrierProblem):
-        carrier = problem
-
-        def with_laws(
-            laws: Effects, values: Mapping[tuple[str, str], float], shapes: Sequence[Law]
-        ) -> WiringChecks:
-            """Checks with laws beside the baseline; none of a law that adds no signal."""
-            if any(carrier.model.effects[law].pattern is None for law in laws):
-                return WiringChecks.none()
-            return replace(
-                WiringChecks.none(),
-                refitted=lambda other: carrier_mean_square(carrier, other, laws, values),
-                linear=lambda theta: carrier_records(carrier, laws, values),
-                has_cheap_refits=True,
-            )
-
-        return WiringChecks(
-            lambda: carrier_rivals(carrier),
-            lambda theta: carrier_predictions(carrier),
-            lambda other: carrier_mean_square(carrier, other),
-            lambda theta: carrier_records(carrier),
-            with_laws=with_laws,
-            has_cheap_refits=True,
-            takes_shapes=False,
-            unchecked=unchecked_records(carrier),
-        )
-    return problem.wiring(campaign)

@@ -12,7 +12,7 @@ from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan, Label
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.carrier.problem import flexibility
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.workflows.diagnosis.examination import examined
 from studies.fault_outcomes import Curves
@@ -130,9 +130,7 @@ def beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
     """
     problem, _ = problem_of(campaign, curves)
     fit = fit_effects(problem, ())
-    predicted = {
-        record.run: record for record in wiring_of(problem, campaign).predictions(fit.theta)
-    }
+    predicted = {record.run: record for record in problem.wiring(campaign).predictions(fit.theta)}
     names = [channel.name for channel in campaign.channels]
     runs = tuple(
         replace(run, predictions=dict(zip(names, predicted[run.name].predicted.T, strict=True)))

@@ -2,27 +2,26 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.comparison.problem import GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
+    KNOWN_WITHIN,
     ORDER,
     SMALL_ORDER,
     WITHOUT,
-    Exponent,
     Finding,
     PartGrowth,
     exponents,
+    undetermined,
 )
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import has_wave
 
-IntArray = NDArray[np.int64]
-
+#: Lobes of a wave that shows in a pattern, by its name.
+_LOBES = {name: m for m, name in PATTERN_NAMES.items()}
 _HOUSING = "housing"
 _CARRIER = "carrier"
 _UNDECIDED = "undecided"
@@ -36,8 +35,6 @@ _MOST_NAMED = 3
 SMALLEST_NAMED = 0.05
 #: Small orders named at most.
 _MOST_SMALL = 4
-#: An exponent with torque is taken out where its interval is narrower than this on either side.
-_KNOWN_WITHIN = 1.0
 #: A component changes with the radial load where its sizes, the growth with torque taken out,
 #: differ by this share of the largest.
 _CHANGES = 0.5
@@ -59,7 +56,7 @@ class _Component:
     p_value: float  # largest of those runs
 
 
-def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
+def components_of(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
     """Components of the gap over all runs, largest first."""
     gap = map_of(cells)
     if not gap:
@@ -126,11 +123,10 @@ def _frame_of(component: _Component, components: Sequence[_Component], n_planets
         return _HOUSING
     if component.pattern == RADIAL:
         return _radial_frame(component, components)
-    numbers = {name: m for m, name in PATTERN_NAMES.items()}
-    if component.pattern not in numbers:
+    if component.pattern not in _LOBES:
         return _UNDECIDED
-    number = numbers[component.pattern]
-    rivals = [other for other in components if other.order == order and other.pattern in numbers]
+    number = _LOBES[component.pattern]
+    rivals = [other for other in components if other.order == order and other.pattern in _LOBES]
     total = sum(max(other.share, 0.0) for other in rivals)
     share = component.share / max(total, np.finfo(float).tiny)
     if order in (n_planets, 2 * n_planets) and order % 4 == 0 == number:
@@ -157,7 +153,7 @@ def _radial_frame(component: _Component, components: Sequence[_Component]) -> st
 class GapComponents:
     """Components of a gap, what each is fixed to and how it grows with the loads."""
 
-    cells: Sequence[GapCell]  # The map
+    components: Sequence[_Component]  # Largest first
     #: ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes
     conditions: Mapping[str, Mapping[str, float]]
     n_planets: int  # Planets
@@ -178,13 +174,9 @@ class GapComponents:
         rest = [one for one in self._significant if one not in large]
         return (*map(self._finding, large), *_small_orders(rest, len(self.conditions[TORQUE])))
 
-    @cached_property
-    def _components(self) -> tuple[_Component, ...]:
-        return _components(self.cells)
-
     @property
     def _significant(self) -> list[_Component]:
-        return [one for one in self._components if one.runs and one.share > 0.0]
+        return [one for one in self.components if one.runs and one.share > 0.0]
 
     def _growth(self, component: _Component) -> PartGrowth:
         """Exponents of a component with every condition, over the runs that show it."""
@@ -198,21 +190,18 @@ class GapComponents:
         growth = exponents(size, error, values)
         if self._is_fitted(component):
             # What is beside a mean grows either way from where the loads are mean.
-            nan = np.nan
-            growth = {
-                name: Exponent(nan, (nan, nan), nan, one.n_points, "the baseline takes its mean")
-                for name, one in growth.items()
-            }
+            reason = "the baseline takes its mean"
+            growth = {name: undetermined(one.n_points, reason) for name, one in growth.items()}
         return PartGrowth(
             component.pattern,
             float(component.order),
-            _frame_of(component, self._components, self.n_planets),
+            _frame_of(component, self.components, self.n_planets),
             growth,
         )
 
     def _is_fitted(self, component: _Component) -> bool:
         """Whether the baseline takes the mean of what four axial sensors read as a component."""
-        number = {name: m for m, name in PATTERN_NAMES.items()}.get(component.pattern)
+        number = _LOBES.get(component.pattern)
         order = component.order
         return number is not None and any(
             has_wave(pattern, order, lobes, self.n_planets)
@@ -242,7 +231,7 @@ class GapComponents:
             return False
         loads = self.conditions[RADIAL_LOAD]
         exponent = growth.exponents[TORQUE]
-        is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
+        is_known = exponent.is_within(KNOWN_WITHIN)
         torque = [self.conditions[TORQUE][run] for run in component.runs]
         if not is_known and max(torque) - min(torque) > _CHANGES * max(torque):
             return False

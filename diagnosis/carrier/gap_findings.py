@@ -3,12 +3,11 @@
 Its map, and beyond it the gap in time, what does not repeat, growth, and scalars.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
@@ -19,10 +18,11 @@ from carrierflex.diagnosis.carrier.gap_components import (
     SPEED,
     TORQUE,
     GapComponents,
+    components_of,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
-from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
     LINE,
     SMALL_ORDER,
@@ -62,7 +62,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL
 
 #: Points of a turn at which its peaks are looked for.
 _POINTS = 128
-IntArray = NDArray[np.int64]
 #: Seeds of the draws of the cells, on the orders and off them.
 _SEED, _SEED_OFF_ORDERS = 3, 5
 
@@ -93,13 +92,6 @@ class CarrierGap:
         )
 
     @cached_property
-    def order_cells(self) -> Sequence[GapCell]:
-        """Cells of the shaft's orders, without those off them."""
-        if not self.motion.motions:
-            return self.cells
-        return map_of(self.cells).on_orders()
-
-    @cached_property
     def conditions(self) -> dict[str, dict[str, float]]:
         """Mean torque, radial load and speed of every run, sizes."""
         sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
@@ -128,14 +120,15 @@ class CarrierGap:
             time = np.array([run.time[samples[k - first]].mean() for k in revolutions])
             moments += sliding_rms(run.name, time, self._mean_squares(revolutions))
             trends.append(_drifts(run.name, time, split))
-            scattered += self._scatter(r, split, measured)
+            if revolutions.size > 1:
+                scattered.append(self._scatter(r, split, measured))
             off_orders += self._off_orders(r)
         rows = significant_non_synchronous(scattered, off_orders)
         repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
         components = GapComponents(
-            self.order_cells,
+            components_of(map_of(self.cells).on_orders()),
             self.conditions,
             n_planets,
             tuple({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS)),
@@ -210,11 +203,11 @@ class CarrierGap:
         """Revolutions in which every channel was measured, shape (R,)."""
         return np.asarray(np.isfinite(self.residual).all(axis=(1, 2)))
 
-    def _complete(self, run: int) -> NDArray[np.int64]:
+    def _complete(self, run: int) -> IntArray:
         """Revolutions of a run in which every channel was measured."""
         return np.flatnonzero((self.records.run_of_revolution == run) & self._is_complete)
 
-    def _splits(self, revolutions: NDArray[np.int64]) -> tuple[PatternSplit, PatternSplit]:
+    def _splits(self, revolutions: IntArray) -> tuple[PatternSplit, PatternSplit]:
         """Patterns of the residual and of what was measured in some revolutions."""
         # Those of all runs would take four times as much as their order amplitudes.
         channels = self.campaign.channels
@@ -223,7 +216,7 @@ class CarrierGap:
             pattern_split(channels, self.records.orders[revolutions]),
         )
 
-    def _mean_squares(self, revolutions: NDArray[np.int64]) -> FloatArray:
+    def _mean_squares(self, revolutions: IntArray) -> FloatArray:
         """Mean square over the channels by revolution, orders and what lies off them [m²]."""
         weight = np.where(np.arange(self.residual.shape[-1]) == 0, 1.0, 0.5)
         of_orders = (np.abs(self.residual[revolutions]) ** 2 * weight).sum(axis=2)
@@ -231,25 +224,21 @@ class CarrierGap:
         off_orders = square / np.maximum(degrees + self._n_fitted, 1.0)
         return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
-    def _scatter(self, run: int, split: PatternSplit, measured: PatternSplit) -> list[ScatterTable]:
+    def _scatter(self, run: int, split: PatternSplit, measured: PatternSplit) -> ScatterTable:
         """Scatter of one run against the noise that is declared, or measured off the orders."""
-        gap_amplitudes = split.amplitudes
-        amplitudes = measured.amplitudes
-        n_revolutions = len(amplitudes)
-        if n_revolutions < 2:
-            return []
+        gap_amplitudes, amplitudes = split.amplitudes, measured.amplitudes
         is_declared = all(channel.noise_std is not None for channel in self.campaign.channels)
         variance, degrees_off = self._off_variance(run)
         by_channel = self.noise if is_declared else variance
         by_pattern = np.array([by_channel[list(members)].mean() for members in split.members])
         noise = split.noise * by_pattern[:, None] / self._samples[run]
         gap = split.weights * gap_amplitudes.var(axis=0, ddof=1)
-        degrees = _degrees_of(gap_amplitudes) * (n_revolutions - 1)
+        degrees = _degrees_of(gap_amplitudes) * (len(amplitudes) - 1)
         if is_declared:
             p_value = scatter_p_values(gap, noise, degrees)
         else:
             p_value = scatter_p_values_estimated(gap, noise, degrees, float(degrees_off.sum()))
-        table = ScatterTable(
+        return ScatterTable(
             run=self.campaign.runs[run].name,
             patterns=split.names,
             orders=_signed_orders(split.amplitudes),
@@ -260,13 +249,9 @@ class CarrierGap:
             p_value=p_value,
             used=_single_cells(split),
         )
-        return [table]
 
     def _repeats(self) -> list[ScatterTable]:
-        """Runs of one condition: scatter of their means against that of their revolutions.
-
-        ``F = var(mean of the run) / mean(s² / R)``; `noise` is the denominator.
-        """
+        """Runs of one condition: ``F = var(mean of a run) / mean(s² / R)``, with noise below."""
         groups: dict[str, list[int]] = {}
         for r, run in enumerate(self.campaign.runs):
             if self._complete(r).size > 1:
@@ -371,7 +356,7 @@ def _gap_cells(
     channels: Sequence[Channel],
     residual_orders: ComplexArray,
     runs: Sequence[str],
-    run_of_revolution: NDArray[np.int64],
+    run_of_revolution: IntArray,
     noise_of_mean: FloatArray,
     off_orders: Sequence[CellTable] = (),
 ) -> Sequence[GapCell]:
@@ -384,16 +369,11 @@ def _gap_cells(
     complete = np.isfinite(residual_orders).all(axis=(1, 2))
     revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
     tables = [
-        _run_table(run, partial(_split_of, channels, residual_orders, rows), noise)
+        _run_table(run, channels, residual_orders, rows, noise)
         for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
         if rows.size
     ]
     return gap_cells([*tables, *off_orders])
-
-
-def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray) -> PatternSplit:
-    """Patterns of some revolutions: those of all runs would take four times as much as `orders`."""
-    return pattern_split(channels, orders[rows])
 
 
 def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
@@ -407,9 +387,16 @@ def _degrees_of(amplitudes: ComplexArray) -> FloatArray:
     return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
-def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float) -> CellTable:
+def _run_table(
+    run: str, channels: Sequence[Channel], orders: ComplexArray, rows: IntArray, noise: float
+) -> CellTable:
     """Cells of one run with the patterns of its R revolutions."""
-    split = split_of_run()
+
+    def patterns() -> PatternSplit:
+        # Those of all runs would take four times as much as their orders.
+        return pattern_split(channels, orders[rows])
+
+    split = patterns()
     weights = split.weights
     amplitudes = split.amplitudes
     n = len(amplitudes)
@@ -429,7 +416,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     def draws() -> FloatArray:
         """Coherent part of every draw; the amplitudes of the run are made again for it."""
         counts = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
-        drawn = np.einsum("dr,rmn->dmn", counts, split_of_run().amplitudes)
+        drawn = np.einsum("dr,rmn->dmn", counts, patterns().amplitudes)
         return np.asarray(weights * np.abs(drawn) ** 2 - noise_square)[:, None]
 
     return CellTable(
@@ -467,6 +454,7 @@ def _off_order_table(
     used = np.array([[name in channels for channels in shown] for name in names])
     p_value = np.array([one.p_value for one in motion.motions])
     first = [motion.lines[numbers[0]] for numbers in motion.members]
+    hertz = [[_order(motion.lines[k], speed) * speed for k in one] for one in motion.members]
     return CellTable(
         runs=(run,),
         patterns=names,
@@ -475,7 +463,7 @@ def _off_order_table(
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
         draws=lambda: (draws - noise)[:, None],
-        bands_hz=np.array([_band(motion, numbers, speed) for numbers in motion.members]),
+        bands_hz=np.array([(min(one), max(one)) for one in hertz]),
         used=used,
     )
 
@@ -498,12 +486,6 @@ def _line_rows(
 
 def _order(line: OffOrderLine, speed: float) -> float:
     return line.position if line.is_order else line.position / speed
-
-
-def _band(motion: OffOrders, numbers: tuple[int, ...], speed: float) -> tuple[float, float]:
-    """Lowest and highest frequency of the lines of a motion in one run [Hz]."""
-    hertz = [_order(motion.lines[k], speed) * speed for k in numbers]
-    return min(hertz), max(hertz)
 
 
 def _line_findings(

@@ -8,7 +8,6 @@ a fourth argument and gives no row for it; see :mod:`carrierflex.simulation.carr
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import (
     EffectCard,
@@ -32,7 +31,6 @@ _CARRIER_SHAPE_LAW = (
 )
 #: Samples of the inputs on which a carrier's law is tried.
 _TRIED_SAMPLES = 9
-FloatArray = NDArray[np.float64]
 _KIND = "carrier"
 
 

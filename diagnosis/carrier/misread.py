@@ -9,17 +9,12 @@ once more from what would be read.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import (
-    CarrierModel,
-    ChannelChoice,
-    Choice,
-    IntArray,
-    WeightTable,
-)
+from carrierflex.diagnosis.carrier.model import CarrierModel, ChannelChoice, Choice, WeightTable
 from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
     RunColumns,
@@ -30,16 +25,16 @@ from carrierflex.diagnosis.carrier.records.columns import (
     inputs_at,
     inputs_of,
 )
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, RunSlices
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
     declared_errors,
 )
-from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
+from carrierflex.identification.campaign.declarations import TOLERANCES
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
@@ -76,7 +71,7 @@ class CarrierReading:
 
     campaign: Campaign  # Records
     model: CarrierModel  # Weights of the columns, and what the campaign declares
-    products: RunSlices  # Products of the columns
+    records: CarrierSums  # Products of the columns
     effects: Effects  # Effects beside the baseline
     theta: FloatArray  # Parameters of the set, shape (p,)
     choice: Choice  # Channel of every effect of one sensor
@@ -84,30 +79,23 @@ class CarrierReading:
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
-        as_read = self._scores(self.model, self.products)
-        quantities = {error.quantity for error in errors if error.channel is not None}
-        of_channels = {
-            quantity: self._of_sensors(quantity) for quantity in quantities.difference(_OF_POSITION)
-        }
-        moved = {
-            quantity: self._of_positions(errors, quantity) - as_read
-            for quantity in quantities.intersection(_OF_POSITION)
-        }
-        if Measurement.ANGLE in quantities:
-            of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
+        as_read = self._scores()
+        of_sensors, of_prediction = cache(self._of_sensors), cache(self._of_prediction)
+        moved = cache(lambda quantity: self._of_positions(errors, quantity) - as_read)
         scores = []
         for error in errors:
-            if error.channel is None:
+            quantity, channel = error.quantity, error.channel
+            if channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
                 change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
-                if error.quantity is Measurement.DELAY:
-                    change += error.std * self._of_prediction(error.quantity).sum(axis=0)
+                if quantity is Measurement.DELAY:
+                    change += error.std * of_prediction(quantity).sum(axis=0)
+            elif quantity in _OF_POSITION:
+                change = moved(quantity)[channel]
+                if quantity is Measurement.ANGLE:
+                    change = error.std * of_prediction(quantity)[channel] + change
             else:
-                change = np.zeros(self.theta.size)
-                if error.quantity in of_channels:
-                    change += error.std * of_channels[error.quantity][error.channel]
-                if error.quantity in moved:
-                    change += moved[error.quantity][error.channel]
+                change = error.std * of_sensors(quantity)[channel]
             scores.append(change)
         scores += [change.sum(axis=0) for change in self._of_curves()]
         table = np.array(scores).reshape(len(scores), self.theta.size)
@@ -129,7 +117,9 @@ class CarrierReading:
         channels = list(self.campaign.channels)
         for error in errors:
             if error.quantity is quantity and error.channel is not None:
-                channels[error.channel] = _behind(channels[error.channel], error)
+                name, channel = error.quantity.value, channels[error.channel]
+                moved = {name: getattr(channel, name) - error.std}
+                channels[error.channel] = replace(channel, **moved)
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
     def _of_curves(self) -> Iterator[FloatArray]:
@@ -143,7 +133,10 @@ class CarrierReading:
         others = [one for one in others if _shows_curves_of(self.campaign, source, one)]
         if not others:
             return
-        campaign, every = _thinned(self.campaign)
+        turns = [whole_revolutions(run).samples for run in self.campaign.within_use().runs]
+        fewest = min(samples.size for of_run in turns for samples in of_run)
+        every = max(1, fewest // _SAMPLES_PER_TURN)
+        campaign = self.campaign.thinned(every)
         as_read, *made = self._by_source(campaign, [source, *others])
         yield from (every * (scores - as_read) for scores in made)
 
@@ -190,12 +183,12 @@ class CarrierReading:
         }
         return replace(source, effects=effects)
 
-    def _scores(self, model: CarrierModel, sums: RunSlices) -> FloatArray:
+    def _scores(self) -> FloatArray:
         """``J.T r`` by channel over all runs, shape (C, p)."""
         scores = np.zeros((len(self.campaign.channels), self.theta.size))
-        for runs in sums.slices:
-            table = model.weights(self.effects, self.choice, self.theta, runs)
-            gram = sums.gram_of_runs(table.columns, runs)
+        for runs in self.records.slices:
+            table = self.model.weights(self.effects, self.choice, self.theta, runs)
+            gram = self.records.gram_of_runs(table.columns, runs)
             products = np.einsum(
                 "rcpk,rckl,rcl->rcp", table.slopes, gram, table.residual, optimize=True
             )
@@ -221,25 +214,21 @@ class CarrierReading:
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
         everywhere: ChannelChoice = {**self.choice, name: slice(None)}
-        first = int(np.flatnonzero(self._is_of(name, with_error))[0])
+        named = {**self.choice, name: self.choice.get(name, 0)}
+        owners = [p.effect for p in self.model.parameters(with_error, named)]
+        first = owners.index(name)
         scores = np.zeros((len(self.campaign.channels), theta.size))
-        for runs in self.products.slices:
+        for runs in self.records.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
             read = self.model.weights(with_error, everywhere, values, runs)
             columns = np.union1d(fitted.columns, read.columns)
-            gram = self.products.gram_of_runs(columns, runs)
+            gram = self.records.gram_of_runs(columns, runs)
             number = np.flatnonzero(read.unknowns[0] == first)[0]
             change = _widened(read, read.slopes[:, :, [number]], columns)
             slopes = _widened(fitted, fitted.slopes, columns)
             products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
             _add_by_unknown(scores, fitted.unknowns, products)
         return scores
-
-    def _is_of(self, name: str, effects: Effects) -> BoolArray:
-        """Whether each parameter of a set is of an effect."""
-        named = {**self.choice, name: self.choice.get(name, 0)}
-        parameters = self.model.parameters(effects, named)
-        return np.array([parameter.effect == name for parameter in parameters], dtype=bool)
 
 
 def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:
@@ -255,20 +244,6 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
     return wide
 
 
-def _thinned(campaign: Campaign) -> tuple[Campaign, int]:
-    """Campaign with no more samples a revolution than are summed, and one of how many they are."""
-    turns = [whole_revolutions(run).samples for run in campaign.within_use().runs]
-    fewest = min(samples.size for of_run in turns for samples in of_run)
-    every = max(1, fewest // _SAMPLES_PER_TURN)
-    return campaign.thinned(every), every
-
-
-def _behind(channel: Channel, error: DeclaredError) -> Channel:
-    """Channel taken at an angle or radius smaller than declared by one standard deviation."""
-    name = error.quantity.value
-    return replace(channel, **{name: getattr(channel, name) - error.std})
-
-
 def _misread_run(run: Run, error: DeclaredError) -> Run:
     """Run with an input, or with all channels' delay, one standard deviation off."""
     if error.quantity is Measurement.DELAY:
@@ -280,28 +255,33 @@ def _misread_run(run: Run, error: DeclaredError) -> Run:
     )
 
 
+def _curves_of(rig: CarrierRig, pins: str) -> dict[str, DeflectionCurve]:
+    """Curves of a carrier with some pins, under torque and under the force of one pin."""
+    names = (_UNDER_TORQUE + pins, _OF_ONE_PIN + pins)
+    return {name: rig.curves[name] for name in names if name in rig.curves}
+
+
 def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
     """Rigs with one wave of the curves one standard deviation larger."""
     for pins, std in _STD.items():
-        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
-        waves = {name: _waves(rig.curves[name]) for name in names}
+        curves = _curves_of(rig, pins)
+        waves = {name: _waves(curve) for name, curve in curves.items()}
         largest = {orders[0] for orders in waves.values() if orders}
         for order in sorted({order for orders in waves.values() for order in orders} - largest):
-            changed = {
-                name: _larger(rig.curves[name], order, std)
-                for name, orders in waves.items()
-                if order in orders
-            }
+            shown = (name for name, orders in waves.items() if order in orders)
+            changed = {name: _larger(curves[name], order, std) for name in shown}
             yield replace(rig, curves={**rig.curves, **changed})
 
 
 def _rigs_of_mesh_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
     """Rigs with larger curves: the error of their largest wave by the mesh ends 95 %."""
     for pins in _STD:
-        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
-        errors = {name: rig.curves[name].mesh_error / NORMAL_95 for name in names}
-        if any(errors.values()):
-            changed = {name: _larger(rig.curves[name], slice(None), errors[name]) for name in names}
+        curves = _curves_of(rig, pins)
+        if any(curve.mesh_error for curve in curves.values()):
+            changed = {
+                name: _larger(curve, slice(None), curve.mesh_error / NORMAL_95)
+                for name, curve in curves.items()
+            }
             yield replace(rig, curves={**rig.curves, **changed})
 
 

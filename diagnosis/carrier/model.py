@@ -10,7 +10,6 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import (
     ANGLE,
@@ -28,6 +27,7 @@ from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownP
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
     FloatArray,
+    IntArray,
     Parameter,
     bounds_of,
 )
@@ -35,8 +35,6 @@ from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
-
-IntArray = NDArray[np.int64]
 
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
@@ -81,11 +79,6 @@ class WeightTable:
     values: FloatArray  # Weights, shape (n_runs, n_channels, u)
     #: Their derivatives by the unknowns of the run, shape (n_runs, n_channels, q, u)
     slopes: FloatArray
-
-    @property
-    def used(self) -> tuple[IntArray, FloatArray]:
-        """Columns and their weights without the derivatives, which are many times as large."""
-        return self.columns, self.values
 
     @property
     def residual(self) -> FloatArray:
@@ -183,24 +176,10 @@ class CarrierModel:
         theta: FloatArray,
         runs: slice = slice(None),
     ) -> WeightTable:
-        """Weights of the columns and their derivatives.
+        """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 
-        Parameters
-        ----------
-        effects : tuple of str
-            Effects beside the baseline.
-        choice : mapping of str to int or slice
-            Channel of every effect of one sensor among all effects; a slice for an error of
-            several channels.
-        theta : ndarray, shape (p,)
-            Parameters.
-        runs : slice
-            Runs that are wanted; all without.
-
-        Returns
-        -------
-        WeightTable
-            For every column with a weight or a derivative anywhere.
+        `choice` is the channel of every effect of one sensor among all effects, a slice for an
+        error of several channels; `runs` are those that are wanted.
         """
         first, unknowns = self._unknowns(effects)
         unknowns = unknowns[runs]
@@ -228,7 +207,11 @@ class CarrierModel:
                     name, 0, slice(None), self.index.of(ONE), value(name), {first[name]: 1.0}
                 )
             )
-        table = self._table_of([*(term for terms, _ in groups for term in terms), *zeros], unknowns)
+        terms = [*(term for terms, _ in groups for term in terms), *zeros]
+        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
+        shape = (len(unknowns), len(self.channels))
+        slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
+        table = WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
         for terms, channels in groups:
             table.add(filter(_acts, terms), channels)
         if Measurement.GAIN in errors:
@@ -236,13 +219,6 @@ class CarrierModel:
             table.amplify(choice[name], value(name), first[name])
         table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
         return table
-
-    def _table_of(self, terms: Iterable[_WeightedColumn], unknowns: IntArray) -> WeightTable:
-        """Empty table of the columns that some terms use, and of the target."""
-        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
-        shape = (len(unknowns), len(self.channels))
-        slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
-        return WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
 
     def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
         """Number of every effect's first unknown among those of a run, and their numbers by run."""
@@ -440,9 +416,9 @@ class _RowTable:
 
     def at(self, run: int, channel: int) -> FloatArray | None:
         """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
-        if self.channel is None:
-            return np.asarray(self.weights[run, channel])
-        return np.asarray(self.weights[run, 0]) if channel == self.channel else None
+        if self.channel not in (None, channel):
+            return None
+        return np.asarray(self.weights[run, channel if self.channel is None else 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -464,18 +440,12 @@ class EffectRows:
 def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> EffectRows:
     """Rows of target, baseline and candidates.
 
-    Parameters
-    ----------
-    model : CarrierModel
-        Weights.
-    candidates : tuple of str
-        Effects beside the baseline.
-    base : ndarray, shape (p,)
-        Parameters of the fitted baseline, at which effects of a sensor are linearised.
+    `base` are the parameters of the fitted baseline, at which effects of a sensor are linearised,
+    shape (p,).
     """
     contained = contained_channels(model)
     parameters = model.parameters((), contained)
-    expected = expected_values(parameters, base)
+    expected = _expected_values(parameters, base)
     groups = [_base_rows(model.weights((), contained, base), base, expected)]
     owners: list[str] = []
     variants: list[tuple[float, ...]] = []
@@ -490,7 +460,7 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
 
 
-def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:
+def _expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:
     """What is known of the baseline's parameters beforehand; 0 where nothing is, shape (p,).
 
     Products alone know no bounds: what the drawing allows of the curves would take up any gap. The

@@ -9,12 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import RunColumns
-from carrierflex.diagnosis.carrier.records.sums import (
-    MOST_BLOCKS,
-    CarrierSums,
-    ComplexArray,
-    IntArray,
-)
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -24,7 +19,7 @@ from carrierflex.diagnosis.comparison.overlay import (
     Picture,
     Trace,
 )
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import ComplexArray, Effects, FloatArray, IntArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import OrderFit
@@ -148,11 +143,7 @@ class ModelResiduals:
 
     @cached_property
     def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        def residual(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
-            """Order amplitudes of one residual."""
-            return self._made(effects, np.array(theta))
-
-        return lru_cache(maxsize=_CACHED)(residual)
+        return lru_cache(_CACHED)(lambda effects, theta: self._made(effects, np.array(theta)))
 
 
 def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
@@ -190,14 +181,9 @@ def _carrier_polar(
     if not np.isfinite(size).any():
         return ()
     complete = np.where(np.isfinite(size), size, -1.0)
-    run = int(complete.max(axis=1).argmax())
-    channel = int(complete[run].argmax())
+    run, channel = (int(k) for k in np.unravel_index(np.argmax(complete), complete.shape))
     shown = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
-    worth = [
-        c
-        for c in range(len(channels))
-        if complete[run, c] >= _WORTH_DRAWING * complete[run, channel]
-    ]
+    worth = np.flatnonzero(complete[run] >= _WORTH_DRAWING * complete[run, channel]).tolist()
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
     n_omitted = len(channels) - len(sensors[:_MOST_PANELS])
     note = (

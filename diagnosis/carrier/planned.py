@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import (
     CarrierModel,
@@ -15,13 +15,14 @@ from carrierflex.diagnosis.carrier.model import (
 )
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
+    SAME_CONDITION,
     RunColumns,
     columns_of_campaign,
     largest_load,
     mean_load,
     typical_speed,
 )
-from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
 from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
@@ -40,7 +41,6 @@ from carrierflex.simulation.carrier.rim import CarrierInputs
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.stage.stage_data import MountingData
 
-FloatArray = NDArray[np.float64]
 #: Steps of torque, over the nominal one.
 _TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
 #: Torques of the radial loads, and shares of the largest one.
@@ -82,12 +82,7 @@ class _Load:
 
 
 def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
-    """What could be added to a campaign of kind carrier.
-
-    Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
-    alone and in sets, at one, two and four times the mean planned length; all runs two and four
-    times as long.
-    """
+    """Sensors at feasible places, further loads alone and in sets, and longer runs."""
     seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
     channels = tuple(channel.name for channel in campaign.channels)
     once = {run.name: 1.0 for run in campaign.runs}
@@ -95,7 +90,8 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
     sensors = _feasible_sensors(campaign, limits)
     runs = tuple(_steady_run(campaign, load, seconds) for load in loads)
     pool = replace(
-        _with_blank_channels(campaign, sensors),
+        campaign,
+        channels=(*campaign.channels, *sensors),
         runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
     )
     minutes_of_plan = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
@@ -122,44 +118,36 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
 def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     """Loads that no planned run has."""
     nominal = float(campaign.rig["nominal_torque"])
-    speed = _mean_speed(campaign)
+    speed = max(map(_speed, campaign.runs), key=abs)
     has_radial = "ntl_y" in campaign.contract.inputs
-    loads = []
-    for share in _TORQUES:
-        if share * nominal <= limits.torque:
-            text = f"{share:.0%} torque without radial load"
-            loads.append(_Load(f"torque {share:g}", text, share * nominal, 0.0, 0.0, speed))
-    text = f"full torque at {_SPEED_SHARE:g} of the speed"
     full = min(nominal, limits.torque)
+    loads = [
+        _Load(f"torque {s:g}", f"{s:.0%} torque without radial load", s * nominal, 0.0, 0.0, speed)
+        for s in _TORQUES
+        if s * nominal <= limits.torque
+    ]
+    text = f"full torque at {_SPEED_SHARE:g} of the speed"
     loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
-    for torque in _LOADED_TORQUES if has_radial else ():
-        for name, y, z in _LOADS:
-            for share in _SHARES:
-                force = share * limits.radial_load
-                text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
-                load = _Load(
-                    f"torque {torque:g} {name} {share:g}", text, torque * full, y * force,
-                    z * force, speed,
-                )  # fmt: skip
-                loads.append(load)
-    present = [
-        (mean_load(run, "torque"), mean_load(run, "ntl_y"), mean_load(run, "ntl_z"), _speed(run))
-        for run in campaign.runs
-    ]
+    for torque, (name, y, z), share in product(_LOADED_TORQUES, _LOADS, _SHARES):
+        force = share * limits.radial_load
+        text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
+        name = f"torque {torque:g} {name} {share:g}"
+        if has_radial:
+            loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
-    return [
-        load
-        for load in loads
-        if not any(
-            np.allclose(
-                np.array([load.torque, load.ntl_y, load.ntl_z, load.speed]) / scale,
-                np.array(planned) / scale,
-                atol=0.05,
-                rtol=0.0,
-            )
-            for planned in present
-        )
-    ]
+    planned = np.array(
+        [
+            [*(mean_load(run, name) for name in ("torque", *_NTL)), _speed(run)]
+            for run in campaign.runs
+        ]
+    )
+
+    def is_planned(load: _Load) -> bool:
+        possible = np.array([load.torque, load.ntl_y, load.ntl_z, load.speed])
+        apart = np.abs(possible / scale - planned / scale)
+        return bool((apart <= SAME_CONDITION).all(axis=1).any())
+
+    return [load for load in loads if not is_planned(load)]
 
 
 def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
@@ -207,15 +195,8 @@ def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
 
 
 def _sensor_text(channel: Channel) -> str:
-    words = "axial" if channel.quantity == AXIAL else "radial"
-    return f"an {words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg".replace(
-        "an radial", "a radial"
-    )
-
-
-def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaign:
-    runs = tuple(_blank(run, more) for run in campaign.runs)
-    return replace(campaign, channels=(*campaign.channels, *more), runs=runs)
+    words = "an axial" if channel.quantity == AXIAL else "a radial"
+    return f"{words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg"
 
 
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
@@ -227,8 +208,8 @@ def _blank(run: Run, channels: Sequence[Channel]) -> Run:
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     """Run under one load; its signals are blank."""
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
-    least = _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi)
-    time = np.arange(round(seconds * max(float(rate), least)) + 1) / max(float(rate), least)
+    rate = max(float(rate), _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi))
+    time = np.arange(round(seconds * rate) + 1) / rate
     columns = {
         "carrier_angle": load.speed * time,
         "torque": np.full(time.size, load.torque),
@@ -244,11 +225,6 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
 def _speed(run: Run) -> float:
     angle = run.inputs["carrier_angle"]
     return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
-
-
-def _mean_speed(campaign: Campaign) -> float:
-    speeds = [_speed(run) for run in campaign.runs]
-    return max(speeds, key=abs)
 
 
 def carrier_planned_table(
@@ -272,10 +248,7 @@ def carrier_planned_table(
     contained = contained_channels(model)
     of_run = _rows_of_load(model) if has_no_recorded_load(problem.campaign) else 0
     n_columns = rows.size + of_run * n_runs
-    grams = []
-    runs = []
-    channels = []
-    counts = []
+    products = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
         columns = RunColumns(run, model.source)
@@ -292,10 +265,8 @@ def carrier_planned_table(
                     numbers = np.concatenate([numbers, at_end])
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size
-            grams.append(gram)
-            runs.append(r)
-            channels.append(c)
-            counts.append(n_samples)
+            products.append((gram, r, c, float(n_samples)))
+    grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
     sizes = _by_row(rows, scales, model)
@@ -313,14 +284,14 @@ def carrier_planned_table(
             (change,) = model.effects[signature.effect].parameters
             bound[list(signature.columns)] = change.upper / change.scale
     return PlannedTable(
-        np.array(grams) * np.outer(size, size),
+        grams * np.outer(size, size),
         base.size,
         np.array(precision),
         _signatures(rows),
         parameters,
-        np.array(runs),
-        np.array(channels),
-        np.array(counts, dtype=np.float64),
+        runs,
+        channels,
+        counts,
         tuple(run.name for run in pool.runs),
         tuple(channel.name for channel in pool.channels),
         float(np.sqrt(np.mean(problem.noise))),
@@ -375,14 +346,13 @@ def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:
 def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray:
     """Fitted baseline; parameters of an added run are those of the first run."""
     theta = problem.starts((), {})[1]
-    of_run: dict[tuple[str, str, str | None], float] = {}
-    first: dict[tuple[str, str], float] = {}
-    for parameter, value in zip(problem.parameters(()), theta.tolist(), strict=True):
-        of_run[parameter.effect, parameter.name, parameter.run] = value
-        first.setdefault((parameter.effect, parameter.name), value)
+    known: dict[tuple[str | None, ...], float] = {}
+    for p, value in zip(problem.parameters(()), theta.tolist(), strict=True):
+        known[p.effect, p.name, p.run] = value
+        known.setdefault((p.effect, p.name), value)
     return np.array(
         [
-            of_run.get((p.effect, p.name, p.run), first.get((p.effect, p.name), 0.0))
+            known.get((p.effect, p.name, p.run), known.get((p.effect, p.name), 0.0))
             for p in model.parameters((), contained_channels(model))
         ]
     )

@@ -5,7 +5,7 @@ Its library, and everything else as algebra on sums over the records.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from carrierflex.diagnosis.carrier.classes.answer import (
     carrier_class_answer,
     carrier_class_table,
 )
-from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
+from carrierflex.diagnosis.carrier.classes.measured_laws import beyond_visited, effects_of_laws
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.misread import CarrierReading
@@ -24,6 +24,7 @@ from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTabl
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import ModelResiduals
 from carrierflex.diagnosis.carrier.records.columns import (
+    SAME_CONDITION,
     ColumnSource,
     largest_load,
     mean_load,
@@ -31,24 +32,20 @@ from carrierflex.diagnosis.carrier.records.columns import (
 )
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
-    IntArray,
-    RunSlices,
     accumulated_sums,
     segment_squares,
 )
+from carrierflex.diagnosis.carrier.wiring import LinearBaseline
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import (
-    KnownPhysics,
-    Misreading,
-    known_physics,
-)
+from carrierflex.diagnosis.comparison.known_physics import KnownPhysics, Misreading, known_physics
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
+    IntArray,
     Parameter,
     Segment,
     SegmentSums,
@@ -57,15 +54,11 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import (
-    CURVES,
-    TOLERANCES,
-    Channel,
-    KnownValue,
-)
+from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, Channel, KnownValue
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
@@ -94,8 +87,6 @@ _RADIAL_LOAD = 200e3
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 #: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
 _CURVES_STD = 0.01
-#: Difference of loads, over the largest, that is the same condition.
-_AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
@@ -104,6 +95,7 @@ _RIDGE = 1e-9
 _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
+_LOADS = ("torque", "ntl_y", "ntl_z")
 #: Comparison problem that measured what a model predicts under the inputs of another campaign.
 _Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
@@ -233,11 +225,7 @@ class CarrierProblem(ComparisonProblem):
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
         baseline = self.campaign.baseline
-        excluded = {
-            *self.model.contained,
-            *baseline.effects,
-            *baseline.impossible,
-        }
+        excluded = {*self.model.contained, *baseline.effects, *baseline.impossible}
         return {
             name: card_of(effect)
             for name, effect in self.model.effects.items()
@@ -282,43 +270,34 @@ class CarrierProblem(ComparisonProblem):
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         square = np.zeros(len(self.segments))
-        matrices = []
-        right_sides = []
-        unknowns = []
-        for runs in self._slices.slices:
+        of_slices = []
+        for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
-            segments = self._slices.segments(runs)
-            of_segment = table.unknowns[self._slices.run_of_segment(runs)]
+            segments = self.records.segments_of(runs)
+            of_segment = table.unknowns[self.records.run_in_slice(runs)]
             matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
             some = np.flatnonzero(chosen[segments])
-            run = self._slices.run_of_segment(runs)[some]
-            gram = self._slices.gram(table.columns, runs)[some]
+            run = self.records.run_in_slice(runs)[some]
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
             residual, slopes = table.residual[run], table.slopes[run]
             products = slopes @ gram
             matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
             right_side = np.zeros(of_segment.shape)
             right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
             square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
-            matrices.append(matrix)
-            right_sides.append(right_side)
-            unknowns.append(of_segment)
-        return SegmentSums(
-            matrix=np.concatenate(matrices),
-            right_side=np.concatenate(right_sides),
-            square=square,
-            unknowns=np.concatenate(unknowns),
-            n_unknowns=theta.size,
-        )
+            of_slices.append((matrix, right_side, of_segment))
+        matrix, right_side, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
+        return SegmentSums(matrix, right_side, square, unknowns, theta.size)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
         result = np.zeros(self.records.counts.shape)
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self._weights(effects, theta, runs)
-            segments = self._slices.segments(runs)
+            segments = self.records.segments_of(runs)
             some = np.flatnonzero(chosen[segments])
-            gram = self._slices.gram(table.columns, runs)[some]
-            residual = table.residual[self._slices.run_of_segment(runs)[some]]
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
+            residual = table.residual[self.records.run_in_slice(runs)[some]]
             result[segments.start + some] = segment_squares(residual, gram)
         return result
 
@@ -373,7 +352,7 @@ class CarrierProblem(ComparisonProblem):
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
         fitted = (effects, theta, self._choice(effects))
-        return CarrierReading(self.campaign, self.model, self._slices, *fitted).misread()
+        return CarrierReading(self.campaign, self.model, self.records, *fitted).misread()
 
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
         """What a first derivative misses of a change of the drawing, each by itself."""
@@ -383,6 +362,14 @@ class CarrierProblem(ComparisonProblem):
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""
         return 0.0
+
+    def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
+        """Warnings where records leave the loads at which a law of a file was measured."""
+        return beyond_visited(law, self.records, self.model.runs)
+
+    def wiring(self, campaign: Campaign) -> WiringChecks:
+        """What can be tried of the wiring of its campaign, without lines off the orders."""
+        return LinearBaseline(self.model, self.campaign, self.parameters).checks()
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """Problem that measured what a model predicts under the inputs of another campaign.
@@ -424,11 +411,16 @@ class CarrierProblem(ComparisonProblem):
 
     def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
         """Columns of a model's signals and their weights by run and channel."""
-        return self._slices.values(lambda runs: self._weights(effects, theta, runs).used)
-
-    @cached_property
-    def _slices(self) -> RunSlices:
-        return RunSlices(self.records, len(self.campaign.runs))
+        tables = []
+        for runs in self.records.slices:
+            table = self._weights(effects, theta, runs)
+            # Without the derivatives, which are many times as large.
+            tables.append((runs, table.columns, table.values))
+        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
+        values = np.zeros((len(self.campaign.runs), self.n_channels, columns.size))
+        for runs, used, of_slice in tables:
+            values[runs, :, np.searchsorted(columns, used)] = of_slice
+        return columns, values
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -437,26 +429,17 @@ class CarrierProblem(ComparisonProblem):
 
     @cached_property
     def _quick_theta(self) -> Callable[[Effects], FloatArray]:
-        """Closed-form fit of a set of effects, kept once it is found."""
-
-        def quick_theta(effects: Effects) -> FloatArray:
-            """Closed-form parameters of the set, each effect on its own channel."""
-            return self._best_of(effects, self._choice(effects))[0]
-
-        return cache(quick_theta)
+        """Closed-form fit of a set, each effect on its own channel, kept once it is found."""
+        return cache(lambda effects: self._best_of(effects, self._choice(effects))[0])
 
     def _searched_channels(self, effects: Effects) -> Choice:
         """Channel of every effect of one sensor, one after the other; the contained ones first."""
-
-        def is_of_one_channel(name: str) -> bool:
-            return self.model.effects[name].is_of_one_channel
-
         choice: dict[str, int] = {}
-        for effect in filter(is_of_one_channel, (*self.model.contained, *effects)):
+        fitted = (*self.model.contained, *effects)
+        of_one = [name for name in fitted if self.model.effects[name].is_of_one_channel]
+        for effect in of_one:
             tried = tuple(
-                name
-                for name in effects
-                if not is_of_one_channel(name) or name in choice or name == effect
+                name for name in effects if name not in of_one or name in choice or name == effect
             )
             costs = [
                 self._best_of(tried, {**choice, effect: channel})[1]
@@ -501,9 +484,9 @@ class CarrierProblem(ComparisonProblem):
         """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
         matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
         square = 0.0
-        for runs in self._slices.slices:
+        for runs in self.records.slices:
             table = self.model.weights(effects, choice, theta, runs)
-            gram = self._slices.gram_of_runs(table.columns, runs)
+            gram = self.records.gram_of_runs(table.columns, runs)
             residual, unknowns = table.residual, table.unknowns
             products = table.slopes @ gram
             of_runs = (products @ np.swapaxes(table.slopes, 2, 3)).sum(axis=1)
@@ -557,7 +540,10 @@ def carrier_problem(
         )
     effects = carrier_library(rig, (*effects_of_laws(measured_laws, campaign), *radial))
     if campaign.causes:
-        known = _with_responses(known, campaign.causes)
+        # Sizes of causes inside the stage are those that it was solved at.
+        solved = [one.id for one in campaign.causes if one.parameters[0].name == RESPONSE]
+        fixed = {f"{name}.{RESPONSE}": KnownValue(1.0, RESPONSE_STD) for name in solved}
+        known = replace(known, fixed={**fixed, **known.fixed})
         effects |= {cause.id: cause for cause in campaign.causes}
     if TOLERANCES in campaign.rig:
         contained, known, of_drawing = _by_drawing(campaign, curves, known)
@@ -582,24 +568,8 @@ def flexibility(rho_s: float, rho_f: float) -> float:
 
     From pins without stiffness to a rigid fit the shares of the drawn carrier stay below 1
     (docs/reduction.md: `rho_f` and `rho_s` from 0 and 1 to 1.26 and 0.13).
-
-    Parameters
-    ----------
-    rho_s, rho_f : float
-        Shares of the curves with stiff and with flexible pins.
     """
     return rho_f + _RIGID_FIT * rho_s
-
-
-def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysics:
-    """What is known, with the sizes of causes inside the stage: those that it was solved at."""
-    response = KnownValue(1.0, RESPONSE_STD)
-    fixed = {
-        f"{cause.id}.{RESPONSE}": response
-        for cause in causes
-        if cause.parameters[0].name == RESPONSE
-    }
-    return replace(known, fixed={**fixed, **known.fixed})
 
 
 def _by_drawing(
@@ -634,12 +604,11 @@ def _experiments(
     campaign: Campaign, source: ColumnSource, under: _Under
 ) -> tuple[CandidateExperiment, ...]:
     """Steps of torque, of radial load along z and y, and radial loads at low torque."""
-    # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
-    # radial sensor.
     nominal = source.rig.nominal_torque
-    has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
     force = size if size > 1.0 else _RADIAL_LOAD
+    recorded = np.array([[mean_load(run, name) for name in _LOADS] for run in campaign.runs])
+    recorded /= (nominal, force, force)
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
     kilo = f"{force / 1e3:g} kN"
     plans: list[tuple[str, list[_Load]]] = [
@@ -660,71 +629,48 @@ def _experiments(
             [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
         ),
     ]
-    candidate_experiments = []
-    units = {"torque": nominal, "ntl_y": force, "ntl_z": force}
-    recorded = np.array(
-        [[mean_load(run, name) / unit for name, unit in units.items()] for run in campaign.runs]
-    )
-    for text, shares_of_loads in plans if has_radial_load else plans[:1]:
+    experiments = []
+
+    def add(text: str, shares_of_loads: Sequence[_Load], *sensors: Channel) -> None:
+        loads = [(t * nominal, y * force, z * force) for t, y, z in shares_of_loads]
+        runs = _steady_runs(campaign, loads, source.speed, sensors)
+        experiments.append(CandidateExperiment(text, partial(under, runs)))
+
+    for text, shares_of_loads in plans if "ntl_y" in campaign.contract.inputs else plans[:1]:
         nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]
-        if max(nearest) < _AS_RECORDED:
-            continue
-        loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
-        runs = _steady_runs(campaign, loads, source.speed)
-        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
+        if max(nearest) >= SAME_CONDITION:
+            add(text, shares_of_loads)
+    # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
+    # radial sensor.
     if TOLERANCES in campaign.rig and not _has_radial(campaign):
-        first = campaign.channels[0]
-        sensor = replace(first, name="radial", quantity=RADIAL)
-        loads = [(share * nominal, 0.0, 0.0) for share in (0.25, 0.5, 1.0)]
-        runs = _steady_runs(campaign, loads, source.speed, (sensor,))
-        text = "steps of 25, 50 and 100 % torque with one radial sensor at the rim more"
-        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
-    return tuple(candidate_experiments)
+        add(
+            "steps of 25, 50 and 100 % torque with one radial sensor at the rim more",
+            [(share, 0.0, 0.0) for share in (0.25, 0.5, 1.0)],
+            replace(campaign.channels[0], name="radial", quantity=RADIAL),
+        )
+    return tuple(experiments)
 
 
 def _has_radial(campaign: Campaign) -> bool:
     return any(channel.quantity == RADIAL for channel in campaign.channels)
 
 
-def _builder(
-    campaign: Campaign, under: _Under
-) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
-    def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
-        return under(campaign, effects, theta)
-
-    return build
-
-
 def _steady_runs(
-    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...] = ()
+    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...]
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
     channels = (*campaign.channels, *added)
     n = _REVOLUTIONS * _SAMPLES + 1
     angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
     blank = {channel.name: np.zeros(n) for channel in channels}
-    runs = tuple(
-        Run(
-            f"step {k + 1}",
-            f"step{k + 1}.csv",
-            f"step {k + 1}",
-            angle / speed,
-            {
-                name: values
-                for name, values in {
-                    "carrier_angle": angle,
-                    "torque": np.full(n, t),
-                    "ntl_y": np.full(n, y),
-                    "ntl_z": np.full(n, z),
-                }.items()
-                if name in campaign.contract.inputs
-            },
-            blank,
-        )
-        for k, (t, y, z) in enumerate(loads)
-    )
+    runs = []
+    for k, load in enumerate(loads, start=1):
+        columns = {"carrier_angle": angle}
+        columns |= {name: np.full(n, one) for name, one in zip(_LOADS, load, strict=True)}
+        inputs = {name: one for name, one in columns.items() if name in campaign.contract.inputs}
+        runs.append(Run(f"step {k}", f"step{k}.csv", f"step {k}", angle / speed, inputs, blank))
     baseline = replace(campaign.baseline, source="model")
-    return replace(campaign, channels=channels, runs=runs, baseline=baseline)
+    return replace(campaign, channels=channels, runs=tuple(runs), baseline=baseline)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:
@@ -749,17 +695,16 @@ def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
     # Declared noise first. Otherwise what is left of a revolution about its own orders, and half
     # the squared change of every order from one revolution to the next: drift and slow changes of
     # the load hardly enter.
-    measured = _scatter(records)
-    variances = []
+    variances = _scatter(records)
     for c, channel in enumerate(campaign.channels):
-        value = channel.noise_std**2 if channel.noise_std is not None else float(measured[c])
-        if not np.isfinite(value):
+        if channel.noise_std is not None:
+            variances[c] = channel.noise_std**2
+        if not np.isfinite(variances[c]):
             raise ValueError(
                 f"channel {channel.name}: no revolution has enough samples to separate noise from "
                 "signal; give 'noise_std'"
             )
-        variances.append(value)
-    return np.array(variances)
+    return variances
 
 
 def _scatter(records: CarrierSums) -> FloatArray:
@@ -769,8 +714,7 @@ def _scatter(records: CarrierSums) -> FloatArray:
     change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)
     fitted = 2.0 * target.shape[2] - 1.0
     result = np.full(target.shape[1], np.nan)
-    for c in range(target.shape[1]):
-        square, degrees = records.within[:, c].sum(axis=0)
+    for c, (square, degrees) in enumerate(records.within.sum(axis=0)):
         if degrees <= 0.0:
             continue
         result[c] = square / degrees

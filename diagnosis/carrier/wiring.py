@@ -4,22 +4,21 @@ The baseline is linear in its parameters, so that a campaign with a corrected wi
 least-squares problem in sums of products, of every signal with the columns of every sensor.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import permutations
-from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
-from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
     SENSOR_ORDER,
     PredictedRecord,
+    WiringChecks,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
@@ -29,10 +28,8 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
+from carrierflex.simulation.laws import Law
 
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
@@ -53,25 +50,21 @@ class _Products:
 
 
 @dataclass(frozen=True, eq=False)
-class _LinearBaseline:
+class LinearBaseline:
     """Effects of the baseline that add a signal linear in their parameters, p of all runs."""
 
-    # Laws beside the baseline are linear at the shapes with which they were fitted.
-    problem: CarrierProblem
-    campaign: Campaign
-    laws: Effects = ()
-    values: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    model: CarrierModel  # Effects, contained ones among them
+    campaign: Campaign  # Records
+    parameters: Callable[[Effects], tuple[Parameter, ...]]  # Unknowns of a set, with their bounds
+    laws: Effects = ()  # Laws beside the baseline, linear at the shapes with which they were fitted
+    values: Mapping[tuple[str, str], float] = field(default_factory=dict)  # Those of their fit
 
     @cached_property
     def effects(self) -> list[Effect]:
-        model = self.problem.model
-        contained = [model.effects[name] for name in model.contained]
+        """Effects of the baseline that are linear, then the laws."""
+        contained = [self.model.effects[name] for name in self.model.contained]
         linear = [one for one in contained if one.pattern is not None and not one.n_shapes]
-        return linear + [model.effects[law] for law in self.laws]
-
-    def _shapes(self, effect: Effect) -> list[float]:
-        """Fitted shapes of a law."""
-        return [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
+        return linear + [self.model.effects[law] for law in self.laws]
 
     @property
     def n_of_run(self) -> int:
@@ -104,18 +97,16 @@ class _LinearBaseline:
         yield group
 
     def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray:
-        rig = self.problem.model.source.rig
-        return np.concatenate([self._signals(one, sensor, inputs, rig) for one in self.effects])
-
-    def _signals(
-        self, effect: Effect, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
-    ) -> FloatArray:
-        """Signals of an effect at the shapes, and with the weight, of the fit."""
-        signals = effect.signals(sensor, inputs, rig, *self._shapes(effect))
-        if not effect.weighed_by:
-            return signals
-        weight = {key[0]: value for key, value in self.values.items()}.get(effect.weighed_by, 0.0)
-        return signals[:1] + weight * signals[1:]
+        """Signals of all effects at the shapes, and with the weights, of the fit."""
+        weights = {effect: value for (effect, _), value in self.values.items()}
+        columns = []
+        for effect in self.effects:
+            shapes = [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
+            signals = effect.signals(sensor, inputs, self.model.source.rig, *shapes)
+            if effect.weighed_by:
+                signals = signals[:1] + weights.get(effect.weighed_by, 0.0) * signals[1:]
+            columns.append(signals)
+        return np.concatenate(columns)
 
     @cached_property
     def numbers(self) -> list[IntArray]:
@@ -132,7 +123,7 @@ class _LinearBaseline:
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Bounds of the p parameters; a value that the baseline fixes stays where it is."""
-        known = {(p.effect, p.name, p.run): p for p in self.problem.parameters(self.laws)}
+        known = {(p.effect, p.name, p.run): p for p in self.parameters(self.laws)}
         runs = [run.name for run in self.campaign.runs]
         limits = []
         for effect in self.effects:
@@ -188,105 +179,99 @@ class _LinearBaseline:
         """The same with every sensor where it is declared."""
         return self.solved(self.products([range(len(self.campaign.channels))]))
 
+    def rivals(self) -> tuple[WiringRival, ...]:
+        """Baseline refitted with the order of sensors that leaves least; none unless linear."""
+        orders = list(_orders(self.campaign.channels)) if self.is_of_model else []
+        if not orders:
+            return ()
+        products = self.products(orders)
+        squares = [self.solved(products, k)[1] for k in range(len(orders))]
+        best = int(np.argmin(squares))
+        return (_order_rival(self.campaign.channels, orders[best], squares[best]),)
+
+    @property
+    def unchecked(self) -> str:
+        """Why no record is beside its prediction (both would fill the memory), or empty."""
+        channels, runs = self.campaign.channels, self.campaign.runs
+        size = 16 * len(channels) * sum(run.time.size for run in runs)
+        if self.campaign.baseline.source != "model" or size <= _MOST_RECORDS:
+            return ""
+        most = f"{_MOST_RECORDS / 1e6:.0f} MB"
+        return f"records and prediction take {size / 1e6:.0f} MB, at most {most}"
+
+    def predictions(self) -> tuple[PredictedRecord, ...]:
+        """Every run with the baseline fitted to all; none where they are unchecked."""
+        if not self.is_of_model or self.unchecked:
+            return ()
+        theta, _ = self.as_declared()
+        records = []
+        runs = self.campaign.runs
+        for run, columns, numbers in zip(runs, self.by_run(runs), self.numbers, strict=True):
+            predicted = theta[numbers] @ columns
+            measured = [run.signals[channel.name] for channel in self.campaign.channels]
+            records.append(PredictedRecord(run.name, run.time, np.array(measured).T, predicted.T))
+        return tuple(records)
+
+    def records(self) -> Iterator[LinearRecord]:
+        """Every run with its baseline and its columns; none unless all effects are linear."""
+        effects, channels = self.effects, self.campaign.channels
+        n_linear = len(effects) - len(self.laws)
+        if not self.is_of_model or n_linear != len(self.model.contained):
+            return
+        theta, _ = self.as_declared()
+        # Columns of the run itself first.
+        is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
+        order = np.argsort(~is_of_run, kind="stable")
+        most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
+        # Delay and gain are of all samples: every second one of a long run tells them too.
+        runs = [
+            record.thinned(-(-record.time.size // max(most, 1)))
+            for record in self.campaign.within_use().runs
+        ]
+        for run, of_sensors, numbers in zip(runs, self.by_run(runs), self.numbers, strict=True):
+            columns = np.ascontiguousarray(of_sensors[:, order].transpose(1, 2, 0))
+            predicted = np.einsum("p,pnc->nc", theta[numbers[order]], columns)
+            measured = np.array([run.signals[channel.name] for channel in channels]).T
+            yield LinearRecord(
+                run.name, run.time, measured - predicted, predicted, columns, int(is_of_run.sum())
+            )
+
+    def mean_square(self, campaign: Campaign) -> float:
+        """Mean square that it leaves once it is fitted to another campaign."""
+        return replace(self, campaign=campaign).as_declared()[1]
+
+    def checks(self) -> WiringChecks:
+        """What can be tried of the wiring."""
+
+        def with_laws(
+            laws: Effects, values: Mapping[tuple[str, str], float], shapes: Sequence[Law]
+        ) -> WiringChecks:
+            """Checks with laws beside the baseline; none of a law that adds no signal."""
+            if any(self.model.effects[law].pattern is None for law in laws):
+                return WiringChecks.none()
+            beside = replace(self, laws=laws, values=values)
+            return replace(
+                WiringChecks.none(),
+                refitted=beside.mean_square,
+                linear=lambda theta: beside.records(),
+                has_cheap_refits=True,
+            )
+
+        return WiringChecks(
+            self.rivals,
+            lambda theta: self.predictions(),
+            self.mean_square,
+            lambda theta: self.records(),
+            with_laws=with_laws,
+            has_cheap_refits=True,
+            takes_shapes=False,
+            unchecked=self.unchecked,
+        )
+
 
 def _n_columns(effect: Effect) -> int:
     """Parameters that a signal is linear in."""
     return len(effect.parameters) - effect.n_shapes
-
-
-def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the sensors exchanged.
-
-    The order of the sensors that leaves least; empty where the baseline holds no linear effect or
-    is another simulator's.
-    """
-    campaign = problem.campaign
-    baseline = _LinearBaseline(problem, campaign)
-    if not baseline.is_of_model:
-        return ()
-    orders = list(_orders(campaign.channels))
-    if not orders:
-        return ()
-    products = baseline.products(orders)
-    squares = [baseline.solved(products, k)[1] for k in range(len(orders))]
-    best = int(np.argmin(squares))
-    return (_order_rival(campaign.channels, orders[best], squares[best]),)
-
-
-def unchecked_records(problem: CarrierProblem) -> str:
-    """Why records are not compared with their prediction (both would fill the memory), or empty."""
-    campaign = problem.campaign
-    size = 16 * len(campaign.channels) * sum(run.time.size for run in campaign.runs)
-    if campaign.baseline.source != "model" or size <= _MOST_RECORDS:
-        return ""
-    return f"records and prediction take {size / 1e6:.0f} MB, at most {_MOST_RECORDS / 1e6:.0f} MB"
-
-
-def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
-    """Every run with the baseline fitted to all.
-
-    Empty where the baseline is not the model's, or by :func:`unchecked_records`.
-    """
-    campaign = problem.campaign
-    baseline = _LinearBaseline(problem, campaign)
-    if not baseline.is_of_model or unchecked_records(problem):
-        return ()
-    theta, _ = baseline.as_declared()
-    records = []
-    for r, (run, columns) in enumerate(
-        zip(campaign.runs, baseline.by_run(campaign.runs), strict=True)
-    ):
-        predicted = theta[baseline.numbers[r]] @ columns
-        measured = [run.signals[channel.name] for channel in campaign.channels]
-        records.append(PredictedRecord(run.name, run.time, np.array(measured).T, predicted.T))
-    return tuple(records)
-
-
-def carrier_records(
-    problem: CarrierProblem,
-    laws: Effects = (),
-    values: Mapping[tuple[str, str], float] = MappingProxyType({}),
-) -> Iterator[LinearRecord]:
-    """Every run with its baseline and the baseline's columns.
-
-    None where the baseline holds more than linear effects, or is another simulator's. `values` are
-    those of the fit of the laws beside it, by effect and name.
-    """
-    baseline = _LinearBaseline(problem, problem.campaign, laws, values)
-    effects, channels = baseline.effects, problem.campaign.channels
-    n_linear = len(effects) - len(baseline.laws)
-    if not baseline.is_of_model or n_linear != len(problem.model.contained):
-        return
-    theta, _ = baseline.as_declared()
-    # Columns of the run itself first.
-    is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
-    order = np.argsort(~is_of_run, kind="stable")
-    most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
-    # Delay and gain are of all samples: every second one of a long run tells them too.
-    runs = [
-        record.thinned(-(-record.time.size // max(most, 1)))
-        for record in problem.campaign.within_use().runs
-    ]
-    for number, (run, of_sensors) in enumerate(zip(runs, baseline.by_run(runs), strict=True)):
-        columns = np.ascontiguousarray(of_sensors[:, order].transpose(1, 2, 0))
-        predicted = np.einsum("p,pnc->nc", theta[baseline.numbers[number][order]], columns)
-        measured = np.array([run.signals[channel.name] for channel in channels]).T
-        yield LinearRecord(
-            run.name, run.time, measured - predicted, predicted, columns, int(is_of_run.sum())
-        )
-
-
-def carrier_mean_square(
-    problem: CarrierProblem,
-    campaign: Campaign,
-    laws: Effects = (),
-    values: Mapping[tuple[str, str], float] = MappingProxyType({}),
-) -> float:
-    """Mean square that the baseline leaves once it is fitted to another campaign.
-
-    With `laws` at the `values` of their fit, each of which adds a signal.
-    """
-    return _LinearBaseline(problem, campaign, laws, values).as_declared()[1]
 
 
 def _orders(channels: Sequence[Channel]) -> Iterator[tuple[int, ...]]:

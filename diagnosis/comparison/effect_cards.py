@@ -20,7 +20,6 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -85,7 +84,8 @@ def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
 def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCard]:
     """Cards of a kind by id, those that it brings first, then those of users."""
     library: dict[str, EffectCard] = {}
-    for card in (*cards, *_registered(kind)):
+    installed = _installed(entry_points, tuple(sys.path))
+    for card in (*cards, *(card for card in installed if card.kind == kind)):
         if card.id in library:
             raise ValueError(
                 f"effect '{card.id}' of kind {kind} is registered twice; expected different ids"
@@ -101,10 +101,6 @@ def users_cards(
     """Cards of a library that users registered: all but the kind's own."""
     brought = {card.id for card in cards}
     return tuple(card for card in library.values() if card.id not in brought)
-
-
-def _registered(kind: str) -> list[EffectCard]:
-    return [card for card in _installed(entry_points, tuple(sys.path)) if card.kind == kind]
 
 
 # The packages on a path are looked through once: a diagnosis makes many problems.
@@ -130,8 +126,6 @@ def _installed(
         cards.append(card)
     return tuple(cards)
 
-
-FloatArray = NDArray[np.float64]
 
 _FORCE_LAW = "a function (deflection, speed, parameters) -> force that numba can compile"
 #: Deflections [m] and speeds [m/s] at which a force law is tried.

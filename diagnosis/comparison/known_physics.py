@@ -26,6 +26,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel, InputSignal, KnownValue
+from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.measurement import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.
@@ -57,7 +58,9 @@ class KnownPhysics:
         name : str
             Its name on the effect's card, without the channel.
         """
-        known = self._of_component(parameter) if parameter.pair else self._of(parameter, name)
+        known = self.fixed.get(f"{parameter.effect}.{name}")
+        if parameter.pair:
+            known = self._of_component(parameter, parameter.pair)
         if known is None:
             return parameter
         if known.std == 0.0:
@@ -86,15 +89,11 @@ class KnownPhysics:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
 
-    def _of(self, parameter: Parameter, name: str) -> KnownValue | None:
-        return self.fixed.get(f"{parameter.effect}.{name}")
-
-    def _of_component(self, parameter: Parameter) -> KnownValue | None:
+    def _of_component(self, parameter: Parameter, pair: PolarPair) -> KnownValue | None:
         """What size and angle of a vector say of one component."""
-        pair = parameter.pair
-        size = self.fixed.get(f"{parameter.effect}.{pair.size}") if pair else None
-        angle = self.fixed.get(f"{parameter.effect}.{pair.angle}") if pair else None
-        if pair is None or size is None or angle is None:
+        size = self.fixed.get(f"{parameter.effect}.{pair.size}")
+        angle = self.fixed.get(f"{parameter.effect}.{pair.angle}")
+        if size is None or angle is None:
             return None
         cos, sin = np.cos(angle.value), np.sin(angle.value)
         along, across = (cos, sin) if parameter.name == pair.components[0] else (sin, cos)
@@ -136,11 +135,6 @@ class DeclaredGains:
         A parameter of the powers ``a`` of force, deflection and time is found ``g_F^a_F g_x^a_x``
         times too large where force and deflection are read ``g_F`` and ``g_x`` times too large:
         ``sqrt((a_F sigma_F)² + (a_x sigma_x)²)``. Time is taken as exact.
-
-        Parameters
-        ----------
-        powers : tuple of int
-            Exponents of force, deflection and time.
         """
         force, deflection, _ = powers
         if self.force_is_inertia:
@@ -224,13 +218,7 @@ _SOURCES = {
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
-    """Errors that a campaign declares of its signals, inputs first.
-
-    Parameters
-    ----------
-    known : KnownPhysics
-        Channels and inputs with their declarations.
-    """
+    """Errors that a campaign declares of its signals, inputs first."""
     errors = [
         DeclaredError(signal.name, measurement, std)
         for signal in known.inputs

@@ -100,11 +100,7 @@ class Trace:
     def __post_init__(self) -> None:
         if self.role not in _ROLES:
             raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(_ROLES)}")
-        shapes = {
-            self.x.shape,
-            self.y.shape,
-            self.x.shape if self.shade is None else self.shade.shape,
-        }
+        shapes = {self.x.shape, self.y.shape, (self.x if self.shade is None else self.shade).shape}
         if len(shapes) != 1 or self.x.ndim != 1:
             raise ValueError(
                 f"trace '{self.role}' has arrays of shapes {sorted(shapes)}; expected one length n"
@@ -154,12 +150,7 @@ def is_function(x: FloatArray, y: FloatArray) -> bool:
 
 
 def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Means of x and y over strips of equal width along x, empty strips left out.
-
-    A law's line without its scatter.
-
-    The trusted band ends within the harmonics of the law, which blurs the law itself.
-    """
+    """Means of x and y over strips along x that hold points: a law's line without its scatter."""
     strip = np.minimum((_STRIPS * (x - x.min()) / np.ptp(x)).astype(int), _STRIPS - 1)
     counts = np.bincount(strip, minlength=_STRIPS)
     x_sum, y_sum = (np.bincount(strip, values, minlength=_STRIPS) for values in (x, y))

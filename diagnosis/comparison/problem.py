@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Generic, Protocol, TypeVar
+from typing import Annotated, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ _MOST_STARTS = 6
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 Effects = tuple[str, ...]
 
 
@@ -181,36 +183,27 @@ class Signatures(Generic[Column]):
 
 @dataclass(frozen=True, eq=False)
 class GapCell:
-    """One cell of the gap map.
+    """One cell of the gap map."""
 
-    Parameters
-    ----------
-    channel_pattern, run : str
-        Channel or sensor pattern; run.
-    order : float
-        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
-        otherwise.
-    mean_square, coherent : float
-        Mean square of the gap, and the same less the noise floor (may be negative).
-    share : float
-        Share of the whole coherent gap.
-    share_ci95 : tuple of float
-        Interval of the share.
-    p_value : float
-        Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli).
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
-
-    channel_pattern: str
-    order: float
-    run: str
-    mean_square: float
-    coherent: float
-    share: float
-    share_ci95: tuple[float, float]
-    p_value: float
-    frequency_hz: tuple[float, float] | None = None
+    channel_pattern: Annotated[str, "Channel or sensor pattern; run"]
+    order: Annotated[
+        float,
+        "Shaft order, or line number of a periodic drive; frequency over the lowest of "
+        "the map otherwise",
+    ]
+    run: Annotated[str, "Channel or sensor pattern; run"]
+    mean_square: Annotated[
+        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
+    ]
+    coherent: Annotated[
+        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
+    ]
+    share: Annotated[float, "Share of the whole coherent gap"]
+    share_ci95: Annotated[tuple[float, float], "Interval of the share"]
+    p_value: Annotated[
+        float, "Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli)"
+    ]
+    frequency_hz: Annotated[tuple[float, float] | None, "Band of the cell [Hz]"] = None
 
 
 def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:

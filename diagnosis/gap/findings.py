@@ -15,6 +15,8 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 
+#: Half width of its interval within which an exponent is known.
+KNOWN_WITHIN = 1.0
 #: A condition varies where its largest value is at least this many times its smallest.
 _SPAN = 1.3
 #: Values below this share of the largest count as "without" (a radial load at rest of its rams).
@@ -38,6 +40,10 @@ class Exponent:
         int, "Amplitudes used; with as many as unknowns the interval holds the noise only"
     ]
     reason: Annotated[str, "Why it is not determinable; empty where it is"] = ""
+
+    def is_within(self, half_width: float) -> bool:
+        """Whether it is known to a half width; never where it is not determined."""
+        return bool(self.ci95[1] - self.value <= half_width)
 
 
 def exponents(
@@ -348,13 +354,11 @@ _MOST_CELLS = 1000
 def cell_validations(
     before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
 ) -> tuple[CellValidation, ...]:
-    """Comparison error and its uncertainty of every significant cell.
-
-    ASME V&V 20-2009, section 1-5.
-    """
+    """Error and uncertainty of every significant cell (ASME V&V 20-2009, section 1-5)."""
     every = map_of(before)
     significant = every.chosen(every.are_significant)
-    shown = significant.sorted_by(-np.sqrt(significant.mean_squares))[:_MOST_CELLS]
+    largest = np.argsort(-np.sqrt(significant.mean_squares), kind="stable")
+    shown = significant.chosen(largest[:_MOST_CELLS])
     rows = zip(
         shown,
         np.sqrt(shown.mean_squares).tolist(),

@@ -83,11 +83,7 @@ def band_edges_hz(duration: float, highest_hz: float, n_bands: int) -> FloatArra
 
 
 def band_amplitudes(n: int, step: float, edges_hz: FloatArray) -> FloatArray:
-    """Real amplitudes of the transform of n samples in every band, shape (n_bands, n // 2 + 1).
-
-    Row b holds, for each line, how many of its amplitudes lie in band b: two, or one at the mean
-    and at half the sampling frequency.
-    """
+    """How many real amplitudes of every line of n samples lie in a band, (n_bands, n // 2 + 1)."""
     amplitudes, ends = _lines_by_band(n, step, edges_hz)
     line = np.arange(amplitudes.size)
     return amplitudes * ((line >= ends[:-1, None]) & (line < ends[1:, None]))
@@ -262,14 +258,9 @@ class GapMap(Sequence[GapCell]):
         """Which cells hold more than noise, beyond chance, shape (n,)."""
         return (self.p_values < SIGNIFICANCE) & (self.shares > 0.0)
 
-    def chosen(self, which: BoolArray) -> "GapMap":
-        """Some of the cells, in their order."""
+    def chosen(self, which: BoolArray | IntArray) -> "GapMap":
+        """Some of the cells, in their order or that of given numbers."""
         return replace(self, indices=self.indices[which], values=self.values[which])
-
-    def sorted_by(self, values: FloatArray) -> "GapMap":
-        """The same cells by ascending values, one of each."""
-        order = np.argsort(values, kind="stable")
-        return replace(self, indices=self.indices[order], values=self.values[order])
 
     def on_orders(self) -> "GapMap":
         """Cells without a band: those of the shaft's orders."""
@@ -312,27 +303,20 @@ def map_of(cells: Sequence[GapCell]) -> GapMap:
     """Cells as a map, whose columns are read at once."""
     if isinstance(cells, GapMap):
         return cells
-    runs = {name: number for number, name in enumerate(dict.fromkeys(c.run for c in cells))}
-    patterns = {
-        name: number for number, name in enumerate(dict.fromkeys(c.channel_pattern for c in cells))
-    }
-    numbers = [[runs[cell.run], patterns[cell.channel_pattern]] for cell in cells]
+    runs = list(dict.fromkeys(cell.run for cell in cells))
+    patterns = list(dict.fromkeys(cell.channel_pattern for cell in cells))
+    indices = [[runs.index(one.run), patterns.index(one.channel_pattern)] for one in cells]
     values = [
         [
-            cell.order,
-            cell.mean_square,
-            cell.coherent,
-            cell.share,
-            *cell.share_ci95,
-            cell.p_value,
-            *(cell.frequency_hz or (np.nan, np.nan)),
+            *(one.order, one.mean_square, one.coherent, one.share, *one.share_ci95, one.p_value),
+            *(one.frequency_hz or (np.nan, np.nan)),
         ]
-        for cell in cells
+        for one in cells
     ]
     return GapMap(
         tuple(runs),
         tuple(patterns),
-        np.array(numbers, dtype=np.int64).reshape(-1, 2),
+        np.array(indices, dtype=np.int64).reshape(-1, 2),
         np.array(values, dtype=np.float64).reshape(-1, 9),
     )
 

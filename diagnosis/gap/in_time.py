@@ -23,11 +23,7 @@ _TERMS = 2
 
 
 def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMoment, ...]:
-    """RMS in sliding windows of up to 20 repetitions.
-
-    `time` is the middle of every repetition [s], `square` the mean square of the gap in it, NaN
-    where unknown.
-    """
+    """RMS in windows of up to 20 repetitions, of their mean squares; NaN where unknown."""
     n = time.size
     length = max(1, min(_WINDOW, n - _FEWEST_WINDOWS + 1))
     moments = []

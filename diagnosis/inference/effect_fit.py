@@ -121,15 +121,7 @@ class EffectFit:
 
 
 class NestedFitError(NestedCostError):
-    """A set of effects fits worse than a set it contains: its solution is not a minimum.
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Where the search of the larger set ended.
-    smaller : EffectFit
-        Fit of the smaller set.
-    """
+    """A set of effects fits worse than a set it contains: its solution is not a minimum."""
 
     def __init__(self, fit: EffectFit, smaller: EffectFit) -> None:
         names = " + ".join(fit.effects), " + ".join(smaller.effects) or "the baseline"

@@ -14,10 +14,12 @@ from carrierflex.diagnosis.comparison.problem import (
     Segment,
 )
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.held_out import Fold, HeldOut, fold_theta
 from carrierflex.diagnosis.inference.law_fits import (
+    Fold,
+    HeldOut,
     LawFits,
     explained_share,
+    fold_theta,
     law_fits,
 )
 from carrierflex.diagnosis.inference.results import (
@@ -251,10 +253,7 @@ class EffectsInTurn:
 
 
 def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score the effects of a list on held-out records, each added in turn and each alone.
-
-    A rise of the RMS shows that an effect predicts held-out records worse.
-    """
+    """Score effects on held-out records, each added in turn and each alone."""
     unknown = [effect for effect in effects if effect not in problem.cards]
     if unknown:
         raise ValueError(

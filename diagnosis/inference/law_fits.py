@@ -1,29 +1,140 @@
-"""Sets of laws fitted in the simulator and scored on held-out records, and which are supported."""
+"""Sets of laws fitted in the simulator and scored on held-out records, and which are supported.
 
-from collections.abc import Callable, Mapping, Sequence
+Whole conditions are held out where there are enough, blocks otherwise.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
-from carrierflex.diagnosis.inference.held_out import (
-    Fold,
-    HeldOut,
-    held_out_folds,
-    held_out_score,
-    reduction_draws,
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, FloatArray, Segment
+from carrierflex.diagnosis.inference.effect_fit import (
+    EffectFit,
+    NestedFitError,
+    SegmentCost,
+    fit_effects,
 )
 from carrierflex.diagnosis.inference.results import RankedSet, Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
+from carrierflex.identification.estimation.gauss_newton import StopRule
+from carrierflex.identification.estimation.resampling import two_level_counts
+from carrierflex.identification.estimation.scaled_least_squares import column_lengths, full_inverse
 from carrierflex.identification.estimation.single_thread import single_threaded
 
 _SEED = 7
 #: Sets of laws that are fitted in the simulator at most.
 _MOST_SETS = 12
+_Made = TypeVar("_Made")
+#: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
+#: replace.
+FEWEST_CONDITIONS = 3
+#: Groups of blocks where there is one condition.
+_BLOCK_GROUPS = 4
+#: A fold's fit starts at the fit to all segments, next to its own minimum.
+_FOLD_STOP = StopRule(most_steps=4)
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """One split of the segments."""
+
+    #: training, run_specific, held_out: segments that fit what runs share; segments of held-out
+    #: runs that fit the parameters of those runs only; segments scored, shape (n_segments,)
+    training: BoolArray
+    run_specific: BoolArray
+    held_out: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Held-out score of one set of effects."""
+
+    fit: EffectFit  # Fit to all segments
+    square: FloatArray  # Sum of squared held-out residuals, shape (n_segments,)
+
+
+def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
+    """Folds in which every segment is scored once.
+
+    Three conditions or more: leave one condition out; where runs have parameters of their own,
+    these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
+    way round. Two conditions: half of the blocks of one condition at a time. One condition: a
+    quarter of the blocks at a time.
+    """
+    condition = np.array([segment.condition for segment in segments])
+    block = np.array([segment.block for segment in segments])
+    nothing = np.zeros(condition.size, dtype=bool)
+    names = sorted(set(condition))
+    folds = []
+    for name in names:
+        of_name = condition == name
+        if len(names) >= FEWEST_CONDITIONS:
+            scored = [of_name & (block % 2 == k) for k in (0, 1)] if runs_have_own else [of_name]
+            folds += [Fold(~of_name, of_name & ~some, some) for some in scored]
+        else:
+            n_groups = _BLOCK_GROUPS if len(names) == 1 else 2
+            # Number of each segment within its condition.
+            group = (np.cumsum(of_name) - 1) % n_groups
+            scored = [of_name & (group == k) for k in range(n_groups)]
+            folds += [Fold(~some, nothing, some) for some in scored]
+    return tuple(fold for fold in folds if fold.held_out.any())
+
+
+def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
+    """Parameters fitted without the held-out segments, shape (p,).
+
+    Those that the training segments do not determine are fitted to the other segments of the
+    held-out runs: the values of these runs, and of a law by itself what acts in no other run, as
+    the compliance to a radial load that one run alone has.
+    """
+    in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
+    free = np.array(
+        [parameter.run is None or parameter.run in in_training for parameter in fit.parameters],
+        dtype=bool,
+    )
+    # A further law must pay in runs that it was not fitted to.
+    if fold.run_specific.any() and len(fit.effects) == 1:
+        free &= ~_acts_elsewhere(fit, fold.training)
+    training = SegmentCost(
+        problem, fit.effects, fit.prior, chosen=fold.training, free=free, stop=_FOLD_STOP
+    )
+    theta, _ = training.least(fit.theta, fit.sums)
+    if fold.run_specific.any() and not free.all():
+        theta, _ = replace(training, chosen=fold.run_specific, free=~free).least(theta)
+    return theta
+
+
+def _acts_elsewhere(fit: EffectFit, chosen: BoolArray) -> BoolArray:
+    """Parameters that all segments determine and the chosen ones do not, shape (p,)."""
+    every, some = fit.sums.total_matrix(), fit.sums.total_matrix(chosen)
+    length = column_lengths(every)
+    variance, of_chosen = (
+        np.diag(full_inverse((matrix + np.diag(fit.prior.weight)) / np.outer(length, length)))
+        for matrix in (every, some)
+    )
+    return np.asarray(variance < Thresholds().surviving_share ** 2 * of_chosen)
+
+
+def reduction_draws(
+    before: FloatArray,
+    after: FloatArray,
+    groups: Sequence[str],
+    *,
+    n_samples: int,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Draws of RMS after / before by the two-level bootstrap, shape (n_samples,).
+
+    Conditions, then segments within them; with fewer than three conditions segments alone.
+    """
+    counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.sqrt((counts @ after) / (counts @ before))
 
 
 @dataclass(eq=False)
@@ -44,62 +155,51 @@ class LawFits:
 
     def score(self, effects: Effects) -> HeldOut:
         """Score of a set, fitted now where it was not yet."""
-        key = tuple(sorted(effects))
-        if key not in self.scores:
-            self.scores[key] = held_out_score(self.problem, self.fit(key), self.folds)
-        return self.scores[key]
+        self.score_all([effects])
+        return self.scores[tuple(sorted(effects))]
 
     def fit(self, effects: Effects) -> EffectFit:
         """Fit of a set to all segments, made now where it was not yet."""
-        key = tuple(sorted(effects))
-        if key not in self.fits:
-            self.note(" + ".join(("baseline", *key)))
-            fit, failure = _fitted_set(self.problem, key, self._contained(key))
-            self._keep(key, fit, failure)
-        return self.fits[key]
-
-    def fit_all(self, sets: Sequence[Effects]) -> None:
-        """Fit several sets, none of which contains another; where there is an executor, there."""
-        keys = self._sorted(sets, self.fits)
-        if self.executor is None or len(keys) < 2:
-            for key in keys:
-                self.fit(key)
-            return
-        futures = {}
-        for key in keys:
-            self.note(" + ".join(("baseline", *key)))
-            contained = self._contained(key)
-            futures[key] = self.executor.submit(_fitted_set, self.problem, key, contained)
-        for key, future in futures.items():
-            self._keep(key, *future.result())
+        self._fit_all([tuple(sorted(effects))])
+        return self.fits[tuple(sorted(effects))]
 
     def score_all(self, sets: Sequence[Effects]) -> None:
         """Score several sets, none of which contains another; where there is an executor, there."""
-        self.fit_all(sets)
-        keys = self._sorted(sets, self.scores)
+        keys = [tuple(sorted(effects)) for effects in sets]
+        keys = [key for key in dict.fromkeys(keys) if key not in self.scores]
+        self._fit_all(keys)
+        scores = self._made(
+            _scored_set, keys, lambda key: (self.problem, self.fits[key], self.folds)
+        )
+        self.scores |= dict(zip(keys, scores, strict=True))
+
+    def _fit_all(self, keys: Sequence[Effects]) -> None:
+        """Fit the sorted sets that are not fitted yet."""
+
+        def arguments(key: Effects) -> tuple[ComparisonProblem, Effects, list[EffectFit]]:
+            self.note(" + ".join(("baseline", *key)))
+            # A larger set cannot fit worse than a smaller one.
+            contained = [fit for smaller, fit in self.fits.items() if set(smaller) < set(key)]
+            return self.problem, key, contained
+
+        keys = [key for key in keys if key not in self.fits]
+        made = self._made(_fitted_set, keys, arguments)
+        for key, (fit, failure) in zip(keys, made, strict=True):
+            self.fits[key] = fit
+            if failure:
+                self.failed_searches[key] = failure
+
+    def _made(
+        self,
+        task: Callable[..., _Made],
+        keys: Sequence[Effects],
+        arguments: Callable[[Effects], tuple[Any, ...]],
+    ) -> Iterator[_Made]:
+        """Results of a task, in other processes where there is an executor and more than one."""
         if self.executor is None or len(keys) < 2:
-            for key in keys:
-                self.score(key)
-            return
-        futures = {
-            key: self.executor.submit(_scored_set, self.problem, self.fits[key], self.folds)
-            for key in keys
-        }
-        self.scores |= {key: future.result() for key, future in futures.items()}
-
-    def _sorted(self, sets: Sequence[Effects], known: Mapping[Effects, object]) -> list[Effects]:
-        """Sets that are not known yet, each once."""
-        keys = dict.fromkeys(tuple(sorted(effects)) for effects in sets)
-        return [key for key in keys if key not in known]
-
-    def _contained(self, key: Effects) -> list[EffectFit]:
-        """Fits of smaller sets, which a larger one cannot fit worse than."""
-        return [fit for smaller, fit in self.fits.items() if set(smaller) < set(key)]
-
-    def _keep(self, key: Effects, fit: EffectFit, failure: str) -> None:
-        self.fits[key] = fit
-        if failure:
-            self.failed_searches[key] = failure
+            return (task(*arguments(key)) for key in keys)
+        futures = [self.executor.submit(task, *arguments(key)) for key in keys]
+        return (future.result() for future in futures)
 
     def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
         """Whether a step is a large enough part of the gap, or clears what exceeds the floor."""
@@ -206,9 +306,14 @@ def _fitted_set(
 
 
 def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
-    """Held-out score of a set, in another process."""
+    """Score of a set on every fold."""
+    square = np.full(len(problem.segments), np.nan)
     with single_threaded():
-        return held_out_score(problem, fit, folds)
+        for fold in folds:
+            theta = fold_theta(problem, fit, fold)
+            squares = problem.squares(fit.effects, theta, fold.held_out)
+            square[fold.held_out] = squares[fold.held_out].sum(axis=1)
+    return HeldOut(fit, square)
 
 
 def explained_share(before: float, after: float, floor: float) -> float:
@@ -248,10 +353,7 @@ class Selection:
 def candidate_sets(
     problem: ComparisonProblem, of_table: Sequence[Effects] | None
 ) -> tuple[Effects, ...]:
-    """Sets of laws that are fitted.
-
-    Those that the table of the classes proposes; without a table every law by itself.
-    """
+    """Sets of laws that the table of the classes proposes; without one every law by itself."""
     if of_table is None:
         return tuple((law,) for law in problem.cards)
     of_files = tuple(law for law in problem.brought if law in problem.cards)
@@ -307,11 +409,10 @@ def selected(
 
 def _absence(laws: Effects, absent: frozenset[str]) -> Rejection | None:
     """Rejection of a set for a law that may be absent."""
-    for law in laws:
-        if law in absent:
-            text = f"{plain_name(law)} is zero within declared errors and priors"
-            return Rejection("absent", law, text)
-    return None
+    law = next((law for law in laws if law in absent), None)
+    if law is None:
+        return None
+    return Rejection("absent", law, f"{plain_name(law)} is zero within declared errors and priors")
 
 
 def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:

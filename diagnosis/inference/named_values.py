@@ -22,11 +22,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.known_physics import LOADS_AS_READ, errors_words
-from carrierflex.diagnosis.comparison.problem import BASELINE, BoolArray, FloatArray, Parameter
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Parameter,
+)
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
@@ -146,11 +151,8 @@ def _known_combination(
     return _KnownCombination((both[0].name, both[1].name), factor, named)
 
 
-def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
-    """Square of the largest move of some parameters by a signal of unit square.
-
-    ``[B J'J B]_kk`` with ``B = (J'J + W)^-1``, W the weights of the priors: ``[B - B W B]_kk``.
-    """
+def _largest_move(fit: EffectFit, which: IntArray) -> FloatArray:
+    """Largest move ``[B J'J B]_kk``, squared, by a signal of unit square; ``B = (J'J + W)^-1``."""
     weight = fit.prior.weight[which]
     inverse = full_inverse(fit.sums.total_matrix()[np.ix_(which, which)] + np.diag(weight))
     return np.asarray(np.maximum(np.diag(inverse) - inverse**2 @ weight, 0.0))

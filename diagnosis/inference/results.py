@@ -6,6 +6,7 @@ Verdicts, effects with their values and rivals, and how far the gap shrinks.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 
@@ -39,26 +40,17 @@ NO_INTERVAL: Interval = (float("nan"), float("nan"))
 
 @dataclass(frozen=True, eq=False)
 class NamedValue:
-    """A parameter's value with its 95 % interval.
+    """A parameter's value with its 95 % interval."""
 
-    Parameters
-    ----------
-    value, std : float
-        Value; half the width of its 95 % interval over 1.96.
-    unit : str
-        Unit of both.
-    ci95 : tuple of float
-        The interval; not numbers where nothing bounds it.
-    sources : mapping of str to float
-        Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: their squares
-        add up to its square.
-    """
-
-    value: float
-    std: float
-    unit: str
-    ci95: Interval
-    sources: Mapping[str, float] = field(default_factory=dict)
+    value: Annotated[float, "Value; half the width of its 95 % interval over 1.96"]
+    std: Annotated[float, "Value; half the width of its 95 % interval over 1.96"]
+    unit: Annotated[str, "Unit of both"]
+    ci95: Annotated[Interval, "The interval; not numbers where nothing bounds it"]
+    sources: Annotated[
+        Mapping[str, float],
+        "Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: "
+        "their squares add up to its square",
+    ] = field(default_factory=dict)
 
 
 #: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
@@ -78,171 +70,116 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class RankedSet:
-    """One set of laws that was fitted.
+    """One set of laws that was fitted."""
 
-    Parameters
-    ----------
-    effects : tuple of str
-        Laws.
-    held_out_rms : float
-        RMS that it leaves on held-out records, in the unit of the channels.
-    refused : str
-        Why the records do not support it; empty where they do.
-    """
-
-    effects: Effects
-    held_out_rms: float
-    refused: str = ""
+    effects: Annotated[Effects, "Laws"]
+    held_out_rms: Annotated[
+        float, "RMS that it leaves on held-out records, in the unit of the channels"
+    ]
+    refused: Annotated[str, "Why the records do not support it; empty where they do"] = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Attribution:
-    """Which effects explain the gap.
+    """Which effects explain the gap."""
 
-    Parameters
-    ----------
-    effects : tuple of str
-        Named effects, the one that explains most first; for the verdict "aliased" the best member
-        of each class.
-    aliases : tuple of tuple of str
-        Classes of effects that these records cannot tell apart, the named one first.
-    parameters : mapping of str to mapping of str to NamedValue
-        Values by effect (``baseline`` too) and name.
-    ranking : tuple of RankedSet
-        Sets tried, best first.
-    discriminating_experiment : str
-        The measurement that would tell aliased effects apart or show a silent one.
-    gains : str
-        What the intervals of the parameters hold of the signals' gains, and what they take as it
-        is read.
-    undetermined : tuple of str
-        Parameters that the records do not determine, in words, and the combination that they do.
-    alternatives : mapping of str to mapping of str to NamedValue
-        Values of effects that cannot be told from the named ones, each in the place of its rival.
-    """
-
-    effects: Effects
-    aliases: tuple[Effects, ...]
-    parameters: Mapping[str, Mapping[str, NamedValue]]
-    ranking: tuple[RankedSet, ...]
-    discriminating_experiment: str
-    gains: str = ""
-    undetermined: tuple[str, ...] = ()
-    alternatives: Mapping[str, Mapping[str, NamedValue]] = field(default_factory=dict)
+    effects: Annotated[
+        Effects,
+        'Named effects, the one that explains most first; for the verdict "aliased" the '
+        "best member of each class",
+    ]
+    aliases: Annotated[
+        tuple[Effects, ...],
+        "Classes of effects that these records cannot tell apart, the named one first",
+    ]
+    parameters: Annotated[
+        Mapping[str, Mapping[str, NamedValue]], "Values by effect (``baseline`` too) and name"
+    ]
+    ranking: Annotated[tuple[RankedSet, ...], "Sets tried, best first"]
+    discriminating_experiment: Annotated[
+        str, "The measurement that would tell aliased effects apart or show a silent one"
+    ]
+    gains: Annotated[
+        str,
+        "What the intervals of the parameters hold of the signals' gains, and what they "
+        "take as it is read",
+    ] = ""
+    undetermined: Annotated[
+        tuple[str, ...],
+        "Parameters that the records do not determine, in words, and the combination that they do",
+    ] = ()
+    alternatives: Annotated[
+        Mapping[str, Mapping[str, NamedValue]],
+        "Values of effects that cannot be told from the named ones, each in the place of its rival",
+    ] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionStep:
-    """Held-out result after effects were added in turn.
+    """Held-out result after effects were added in turn."""
 
-    Parameters
-    ----------
-    added : str
-        Effect that was added; ``baseline`` first.
-    rms : float
-        RMS of the gap in the unit of the channels.
-    rho, rho_ci95 : float, tuple of float
-        RMS over the baseline's, and its interval.
-    share, share_ci95 : float, tuple of float
-        Share of the gap above the floor that the effect takes beside those before it; shares of all
-        steps add up to phi.
-    by_run : mapping of str to float
-        RMS that the effect takes, by run; negative where it harms.
-    halves : tuple of float
-        The same in the first and in the second half of the runs.
-    """
-
-    added: str
-    rms: float
-    rho: float
-    rho_ci95: Interval
-    share: float = math.nan
-    share_ci95: Interval = NO_INTERVAL
-    by_run: Mapping[str, float] = field(default_factory=dict)
-    halves: Interval = NO_INTERVAL
+    added: Annotated[str, "Effect that was added; ``baseline`` first"]
+    rms: Annotated[float, "RMS of the gap in the unit of the channels"]
+    rho: Annotated[float, "RMS over the baseline's, and its interval"]
+    rho_ci95: Annotated[Interval, "RMS over the baseline's, and its interval"]
+    share: Annotated[
+        float,
+        "Share of the gap above the floor that the effect takes beside those before it; "
+        "shares of all steps add up to phi",
+    ] = math.nan
+    share_ci95: Annotated[
+        Interval,
+        "Share of the gap above the floor that the effect takes beside those before it; "
+        "shares of all steps add up to phi",
+    ] = NO_INTERVAL
+    by_run: Annotated[
+        Mapping[str, float], "RMS that the effect takes, by run; negative where it harms"
+    ] = field(default_factory=dict)
+    halves: Annotated[Interval, "The same in the first and in the second half of the runs"] = (
+        NO_INTERVAL
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class RunValidation:
-    """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
+    """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20)."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    error_before, error_after : float
-        RMS of E with the baseline and with the effects.
-    u_val : float
-        Root of the squares of the numerical and the noise part.
-    """
-
-    run: str
-    error_before: float
-    error_after: float
-    u_val: float
+    run: Annotated[str, "Run"]
+    error_before: Annotated[float, "RMS of E with the baseline and with the effects"]
+    error_after: Annotated[float, "RMS of E with the baseline and with the effects"]
+    u_val: Annotated[float, "Root of the squares of the numerical and the noise part"]
 
 
 @dataclass(frozen=True, eq=False)
 class BlockScore:
-    """Held-out gap of the baseline in one block of a run.
+    """Held-out gap of the baseline in one block of a run."""
 
-    Parameters
-    ----------
-    run, condition : str
-        Its run and that run's condition.
-    block : int
-        Number of the block in the run, from 0.
-    samples : int
-        Samples that count, over all channels.
-    mean_square : float
-        Mean square of a sample.
-    """
-
-    run: str
-    condition: str
-    block: int
-    samples: int
-    mean_square: float
+    run: Annotated[str, "Its run and that run's condition"]
+    condition: Annotated[str, "Its run and that run's condition"]
+    block: Annotated[int, "Number of the block in the run, from 0"]
+    samples: Annotated[int, "Samples that count, over all channels"]
+    mean_square: Annotated[float, "Mean square of a sample"]
 
 
 @dataclass(frozen=True, eq=False)
 class GapReduction:
-    """How far the gap shrinks on held-out records.
+    """How far the gap shrinks on held-out records."""
 
-    Parameters
-    ----------
-    rms_before, rms_after, noise_floor : float
-        RMS in the unit of the channels.
-    rho, rho_ci95 : float, tuple of float
-        RMS after over before.
-    phi, phi_ci95 : float, tuple of float
-        Share of the mean square above the floor that is explained.
-    floor_multiple : float
-        RMS after over the floor.
-    extrapolation_rho : float
-        rho in the condition with the largest gap, predicted from the others (NaN with one
-        condition).
-    steps : tuple of SelectionStep
-        Accepted effects in turn.
-    cells_before, cells_after : tuple of GapCell
-        Gap map of the baseline and of the accepted model.
-    validation : tuple of RunValidation
-        By run.
-    blocks : tuple of BlockScore
-        The baseline's held-out gap by block.
-    """
-
-    rms_before: float
-    rms_after: float
-    noise_floor: float
-    rho: float
-    rho_ci95: Interval
-    phi: float
-    phi_ci95: Interval
-    floor_multiple: float
-    extrapolation_rho: float
-    steps: tuple[SelectionStep, ...]
-    cells_before: Sequence[GapCell]
-    cells_after: Sequence[GapCell]
-    validation: tuple[RunValidation, ...]
-    blocks: tuple[BlockScore, ...] = ()
+    rms_before: Annotated[float, "RMS in the unit of the channels"]
+    rms_after: Annotated[float, "RMS in the unit of the channels"]
+    noise_floor: Annotated[float, "RMS in the unit of the channels"]
+    rho: Annotated[float, "RMS after over before"]
+    rho_ci95: Annotated[Interval, "RMS after over before"]
+    phi: Annotated[float, "Share of the mean square above the floor that is explained"]
+    phi_ci95: Annotated[Interval, "Share of the mean square above the floor that is explained"]
+    floor_multiple: Annotated[float, "RMS after over the floor"]
+    extrapolation_rho: Annotated[
+        float,
+        "rho in the condition with the largest gap, predicted from the others (NaN with "
+        "one condition)",
+    ]
+    steps: Annotated[tuple[SelectionStep, ...], "Accepted effects in turn"]
+    cells_before: Annotated[Sequence[GapCell], "Gap map of the baseline and of the accepted model"]
+    cells_after: Annotated[Sequence[GapCell], "Gap map of the baseline and of the accepted model"]
+    validation: Annotated[tuple[RunValidation, ...], "By run"]
+    blocks: Annotated[tuple[BlockScore, ...], "The baseline's held-out gap by block"] = ()

@@ -9,6 +9,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     AT_NOISE_FLOOR,
     FLOOR_UNKNOWN,
+    NO_INTERVAL,
     GapReduction,
     Interval,
     SelectionStep,
@@ -30,8 +31,7 @@ from carrierflex.diagnosis.wiring.refits import fault_words
 #: States of a row, as the page writes them.
 NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"
 #: Values of one cause and findings of the check that stand on the first screen.
-_MOST_VALUES = 3
-_MOST_FAULTS = 3
+_MOST_LISTED = 3
 #: Sizes that differ by less than this factor are called equal.
 _EQUAL = 1.3
 #: Names that measured shapes have as laws begin with this.
@@ -94,12 +94,11 @@ def _adding_up(causes: Sequence[CauseRow], explained: float) -> list[CauseRow]:
 
 
 def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
-    for warning in diagnosis.warnings[:_MOST_FAULTS]:
+    for warning in diagnosis.warnings[:_MOST_LISTED]:
         what = f" ({fault_words(warning.id)})" if warning.id else ""
         share = min(warning.figure, 1.0) if warning.id.startswith("wiring/") else math.nan
-        nothing = (math.nan, math.nan)
         yield CauseRow(
-            FAULT, f"{warning.about}{what}", share, nothing, [("", warning.text)], warning.line
+            FAULT, f"{warning.about}{what}", share, NO_INTERVAL, [("", warning.text)], warning.line
         )
 
 
@@ -154,8 +153,8 @@ def _of_classes(diagnosis: Diagnosis) -> Iterator[CauseRow]:
 def _values(diagnosis: Diagnosis, effect: str) -> list[tuple[str, str]]:
     """Values of one effect with their 95 % intervals."""
     rows = named_rows(diagnosis, effect)
-    texts = [(value_words(row), row.words or row.name) for row in rows[:_MOST_VALUES]]
-    more = len(rows) - _MOST_VALUES
+    texts = [(value_words(row), row.words or row.name) for row in rows[:_MOST_LISTED]]
+    more = len(rows) - _MOST_LISTED
     return [*texts, ("", f"and {counted(more, 'more value')} below")] if more > 0 else texts
 
 
@@ -225,9 +224,8 @@ def _level_words(data: ReportData, run: str, other: str) -> str:
 
 def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
     """What no cause explains, with the run in which it is largest."""
-    nothing = (math.nan, math.nan)
     if diagnosis.verdict == AT_NOISE_FLOOR:
-        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, nothing, [], "")
+        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, NO_INTERVAL, [], "")
         return
     is_answered = len(far.steps) > 1 or diagnosis.shrinks_by_class
     errors = {
@@ -240,5 +238,5 @@ def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         values = [("", "how much of it is noise is not known")]
     share = 1.0 - far.phi if is_answered else 1.0
-    ci95 = (1.0 - far.phi_ci95[1], 1.0 - far.phi_ci95[0]) if is_answered else nothing
+    ci95 = (1.0 - far.phi_ci95[1], 1.0 - far.phi_ci95[0]) if is_answered else NO_INTERVAL
     yield CauseRow(UNEXPLAINED, "not explained", share, ci95, values, acts)

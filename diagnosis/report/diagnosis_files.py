@@ -146,13 +146,15 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             which,
             software=software_name(),
             headline=verdict_heading(diagnosis),
-            incomplete=_is_incomplete(diagnosis),
+            incomplete=diagnosis.verdict == CLASS_NAMED
+            and diagnosis.classes is not None
+            and diagnosis.classes.state == LEADING_CLASS,
             gains=which.gains or None,
             where=_cells(reduction.cells_before if reduction else ()),
             where_text=where_text(diagnosis),
             how_far=_how_far(reduction),
             how_far_law=_how_far(diagnosis.reduction_law or reduction),
-            **class_keys(diagnosis.classes),
+            **_class_keys(diagnosis.classes),
             remaining=_cells(reduction.cells_after if reduction else ()),
             ladder=reduction.steps if reduction else (),
             validation=reduction.validation if reduction else (),
@@ -162,14 +164,6 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         )
     )
     return document
-
-
-def _is_incomplete(diagnosis: Diagnosis) -> bool:
-    """Whether a class leads without explaining what a cause would."""
-    classes = diagnosis.classes
-    return (
-        diagnosis.verdict == CLASS_NAMED and classes is not None and classes.state == LEADING_CLASS
-    )
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
@@ -203,17 +197,9 @@ def _share(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
+def _class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
     """Keys of the answer by class in diagnosis.json; empty lists where the kind has no classes."""
-    if answer is None:
-        return {
-            "classes": (),
-            "class_ties": (),
-            "class_rivals": {},
-            "beyond_share": None,
-            "beyond_learnable": None,
-            "class_note": "",
-        }
+    findings, rivals = (answer.classes, answer.rivals) if answer else ((), {})
     return {
         "classes": [
             json_content(
@@ -225,13 +211,13 @@ def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
                 law_share=_share(finding.law_share),
                 shape=finding.shape and json_content(_SHAPE, finding.shape),
             )
-            for finding in answer.classes
+            for finding in findings
         ],
-        "class_ties": answer.ties,
-        "class_rivals": {name: _share(value) for name, value in answer.rivals.items()},
-        "beyond_share": answer.beyond_share,
-        "beyond_learnable": answer.beyond_learnable,
-        "class_note": answer.note,
+        "class_ties": answer.ties if answer else (),
+        "class_rivals": {name: _share(value) for name, value in rivals.items()},
+        "beyond_share": answer.beyond_share if answer else None,
+        "beyond_learnable": answer.beyond_learnable if answer else None,
+        "class_note": answer.note if answer else "",
     }
 
 

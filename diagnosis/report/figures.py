@@ -1,13 +1,14 @@
-"""Figures of the report as inline SVG: shapes, signals, loops and polar plots.
+"""Figures of the report as inline SVG: shapes, signals, loops, polar plots and gap maps.
 
 Text stays text, identifiers are unique on the page, a title for screen readers. Matplotlib late.
 """
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -22,11 +23,13 @@ from carrierflex.diagnosis.comparison.overlay import (
     Picture,
     is_function,
 )
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.diagnosis.report.words import scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 
@@ -213,10 +216,7 @@ def panel_figure(picture: Picture, panel: Panel) -> "Figure":
 
 
 def remainder_factor(picture: Picture) -> float:
-    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000.
-
-    At its own size it would lie on the zero circle.
-    """
+    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000."""
     remainder, gap = (
         _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
         for role in (REMAINDER, GAP)
@@ -318,3 +318,204 @@ def _round_step(reach: float) -> float:
     return float(
         max(step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)) * power
     )
+
+
+#: Lines of a periodic drive beyond this number are joined to bands, about this many.
+_MOST_COLUMNS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class GapGrid:
+    """RMS of the gap by row and column."""
+
+    row_name: Annotated[
+        str, "What the rows are: ``sensor pattern``, ``motion or sensor`` or ``run``"
+    ]
+    rows: Annotated[tuple[str, ...], "Their names"]
+    edges: Annotated[
+        FloatArray,
+        "Ends of the columns: frequency [Hz], or shaft order less and plus a half, shape "
+        "(n_columns + 1,)",
+    ]
+    is_frequency: Annotated[bool, "Which of the two"]
+    rms: Annotated[
+        FloatArray,
+        "RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where "
+        "the map has no cell, shape (n_rows, n_columns)",
+    ]
+    is_significant: Annotated[
+        BoolArray, "Whether a cell of it is beyond chance in any run, shape (n_rows, n_columns)"
+    ]
+
+
+def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
+    """Grids of gap maps of the same records; the first sets rows and columns."""
+    gap_maps = [map_of(cells) for cells in maps]
+    is_frequency = not np.isnan(gap_maps[0].bands_hz[:, 0]).any()
+    if not is_frequency:
+        # Lines beside the orders have no column of their own; tables and words tell them.
+        gap_maps = [cells.on_orders() for cells in gap_maps]
+    first = gap_maps[0]
+    if not first:
+        return ()
+    runs = sorted(first.runs[k] for k in np.unique(first.indices[:, 0]))
+    patterns = sorted(
+        (first.patterns[k] for k in np.unique(first.indices[:, 1])), key=_pattern_position
+    )
+    if is_frequency:
+        edges = _frequency_edges(first)
+    else:
+        orders = np.round(first.orders)
+        edges = np.arange(orders.min(), orders.max() + 2.0) - 0.5
+    if len(patterns) == 1:
+        return tuple(_grid(cells, "run", runs, edges, is_frequency) for cells in gap_maps)
+    of_patterns = any(name.startswith("m=") for name in patterns)
+    rows = "sensor pattern" if of_patterns else "motion or sensor"
+    return tuple(_grid(cells, rows, patterns, edges, is_frequency, len(runs)) for cells in gap_maps)
+
+
+def _grid(
+    cells: GapMap,
+    row_name: str,
+    rows: Sequence[str],
+    edges: FloatArray,
+    is_frequency: bool,
+    n_runs: int = 1,
+) -> GapGrid:
+    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row."""
+    run, pattern = cells.indices.T
+    names, name_of = (cells.runs, run) if row_name == "run" else (cells.patterns, pattern)
+    # Of names that no cell has any row will do: nothing is counted there.
+    row_of_name = np.array([rows.index(one) if one in rows else 0 for one in names], dtype=np.int64)
+    values = _middles(cells) if is_frequency else cells.orders
+    column = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
+    shape = (len(rows), edges.size - 1)
+    number = np.ravel_multi_index((row_of_name[name_of], column), shape)
+
+    def sums(values: FloatArray) -> FloatArray:
+        """Sums of the cells' values by row and column."""
+        flat = np.bincount(number, values, minlength=len(rows) * (edges.size - 1))
+        return np.asarray(flat.reshape(shape), dtype=np.float64)
+
+    square = np.maximum(sums(cells.coherent / n_runs), 0.0)
+    is_filled = sums(np.ones(len(cells))) > 0.0
+    return GapGrid(
+        row_name=row_name,
+        rows=tuple(rows),
+        edges=edges,
+        is_frequency=is_frequency,
+        rms=np.sqrt(np.where(is_filled, square, np.nan)),
+        is_significant=sums(cells.are_significant.astype(np.float64)) > 0.0,
+    )
+
+
+def _pattern_position(name: str) -> tuple[int, str]:
+    """Sensor patterns in the order 0, +1, -1, 2, channels after them by name."""
+    known = ("m=0", "m=+1", "m=-1", "m=2")
+    return (known.index(name) if name in known else len(known), name)
+
+
+def _middles(cells: GapMap) -> FloatArray:
+    """Geometric middle of every cell's band; arithmetic where it begins at zero."""
+    low, high = cells.bands_hz.T
+    return np.where(low > 0.0, np.sqrt(low * high), 0.5 * high)
+
+
+def _frequency_edges(cells: GapMap) -> FloatArray:
+    """Edges of the coarsest bands in use."""
+    run_of = cells.indices[:, 0]
+    bands_of_runs = [
+        np.unique(cells.bands_hz[run_of == run], axis=0).tolist() for run in np.unique(run_of)
+    ]
+    wide = [bands for bands in bands_of_runs if any(low < high for low, high in bands)]
+    if wide:
+        coarsest = max(wide, key=lambda bands: bands[-1][1] / bands[-1][0])
+        edges = [low for low, _ in coarsest if low > 0.0] + [coarsest[-1][1]]
+        return np.array([edges[0] / (edges[1] / edges[0]), *edges])
+    middles = _middles(cells)
+    lines = np.unique(middles[middles > 0.0])
+    first_lines = np.arange(lines.size)
+    if lines.size > _MOST_COLUMNS:
+        spaced = np.geomspace(1.0, lines.size, _MOST_COLUMNS)
+        first_lines = np.unique(spaced.round().astype(int)) - 1
+    starts = lines[first_lines]
+    step = starts[0] if lines.size == 1 else lines[1] - lines[0]
+    return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)
+
+
+#: Cells within chance.
+_CHANCE = "#e6e9ed"
+#: Dynamic range of the colours of a gap map: at least one decade, at most three.
+_FEWEST = 10.0
+_MOST = 1e3
+#: Cells of a gap map above this share of the largest carry their number.
+_NUMBERED = 0.1
+
+
+def colour_limits(*grids: GapGrid) -> tuple[float, float]:
+    """RMS at both ends of the colours that maps share, of significant cells where there are any."""
+    sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
+    if not sizes.size:
+        sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
+    high = float(sizes.max()) or 1.0
+    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
+
+
+def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
+    """RMS of the gap by row and column; cells within chance are grey, those it lacks white."""
+    from matplotlib.colors import ListedColormap, LogNorm
+    from matplotlib.figure import Figure
+
+    factor, shown_unit = scaled_unit(limits[1], unit)
+    low, high = factor * limits[0], factor * limits[1]
+    figure = Figure(figsize=(WIDTH, 1.35 + 0.34 * len(grid.rows)), layout="constrained")
+    panel = figure.subplots()
+    is_shown = grid.is_significant & (factor * grid.rms >= low)
+    shown = np.where(is_shown, factor * grid.rms, np.nan)
+    lines = np.arange(len(grid.rows) + 1) - 0.5
+    known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
+    chance = ListedColormap([_CHANCE])
+    panel.pcolormesh(grid.edges, lines, known, cmap=chance, edgecolors="white", linewidth=0.3)
+    masked, norm = np.ma.masked_invalid(shown), LogNorm(vmin=low, vmax=high)
+    image = panel.pcolormesh(
+        grid.edges, lines, masked, norm=norm, cmap=_SHADE_MAP, edgecolors="white", linewidth=0.3
+    )
+    panel.set_yticks(range(len(grid.rows)), grid.rows)
+    panel.set_ylabel(grid.row_name)
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0)
+    if grid.is_frequency:
+        panel.set_xscale("log")
+        _plain_numbers(panel.xaxis, grid.edges[0], grid.edges[-1])
+        panel.set_xlabel("frequency [Hz]")
+    else:
+        panel.set_xlabel("order of carrier rotation [per turn]")
+        # The highest order is four times the number of planets: their orders are numbered.
+        step = 1 if grid.edges.size < 16 else max(1, int(grid.edges[-1]) // 4)
+        panel.set_xticks(np.arange(np.ceil(grid.edges[0]), grid.edges[-1], step))
+        _number_cells(panel, grid, shown, high)
+    bar = figure.colorbar(
+        image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"
+    )
+    _plain_numbers(bar.ax.xaxis, low, high)
+    return figure
+
+
+def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
+    """Numbers in full on a logarithmic axis."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100.0 * low else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) -> None:
+    middles = 0.5 * (grid.edges[1:] + grid.edges[:-1])
+    # Three digits in a narrow column.
+    size = 7.0 if middles.size <= 12 else 5.2
+    for (row, column), value in np.ndenumerate(shown):
+        if np.isfinite(value) and value >= _NUMBERED * high:
+            text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
+            at = float(middles[column])
+            panel.text(at, row, text, ha="center", va="center", fontsize=size, color=BLACK)

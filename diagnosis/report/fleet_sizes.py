@@ -80,20 +80,7 @@ class CampaignRow:
 def campaign_row(
     document: Mapping[str, Any], campaign: str, turbine: str, recorded: str
 ) -> CampaignRow:
-    """Row of a diagnosed campaign.
-
-    Parameters
-    ----------
-    document : mapping
-        Content of diagnosis.json.
-    campaign, turbine, recorded : str
-        Folder, machine and day.
-
-    Returns
-    -------
-    CampaignRow
-        Sizes of named causes and of those in the baseline; the gap's first.
-    """
+    """Row of a diagnosed campaign, of its diagnosis.json: sizes of causes, the gap's first."""
     far = document["how_far"]
     gaps = list(_gap_size(document))
     sizes = [*gaps, *_parameter_sizes(document)]

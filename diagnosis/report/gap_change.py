@@ -9,24 +9,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
-from carrierflex.diagnosis.inference.results import (
-    NO_INTERVAL,
-    BlockScore,
-    Interval,
-    RunValidation,
-)
+from carrierflex.diagnosis.inference.results import NO_INTERVAL, BlockScore, Interval, RunValidation
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import (
-    listed,
-    percent,
-    position_of,
-    ratio,
-    sized,
-)
+from carrierflex.diagnosis.report.words import listed, percent, position_of, ratio, sized
 from carrierflex.files.json_files import plain
 from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
@@ -59,10 +48,7 @@ class DiagnosisSide:
 
 
 def digest_of_records(folder: Path) -> str:
-    """SHA-256 of the records that a diagnosis is of.
-
-    ValueError where diagnosis.json is missing or holds no digest.
-    """
+    """SHA-256 of the records that a diagnosis is of; ValueError where there is none."""
     path = folder / DIAGNOSIS_FILE
     records = read_diagnosis(path).get("records")
     if not isinstance(records, dict) or not isinstance(records.get("measured"), str):
@@ -74,11 +60,7 @@ def digest_of_records(folder: Path) -> str:
 
 
 def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
-
-    ValueError where its diagnosis.json is missing, of another format or of a newer version, made no
-    diagnosis, or lacks a key.
-    """
+    """Read a diagnosis of a folder of diagnose; ValueError where there is none to compare."""
     path = folder / DIAGNOSIS_FILE
     document = read_diagnosis(path)
     if not document.get("held_out"):
@@ -196,7 +178,11 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
         ratio_ci95=interval,
         explained=taken / above if above > 0.0 else float("nan"),
         cells=tuple(sorted(_cell_changes(before, after), key=lambda cell: -abs(cell.change))),
-        runs=tuple(_run_changes(before.runs, after.runs)),
+        runs=tuple(
+            RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))
+            for run, old in before.runs.items()
+            if (new := after.runs.get(run)) is not None
+        ),
         solved=tuple(name for name in before.causes if name not in after.causes),
         remaining=tuple(name for name in before.causes if name in after.causes),
         added=tuple(name for name in after.causes if name not in before.causes),
@@ -234,7 +220,10 @@ def _sizes(side: DiagnosisSide) -> dict[_BlockKey, int]:
 def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval]:
     """RMS after over before with its interval; the same blocks are drawn of both."""
     keys = list(before.blocks)
-    squares = [_squares(side, keys) for side in (before, after)]
+    squares = [
+        np.array([side.blocks[key].samples * side.blocks[key].mean_square for key in keys])
+        for side in (before, after)
+    ]
     totals = [float(square.sum()) for square in squares]
     if not totals[0] > 0.0:
         return float("nan"), NO_INTERVAL
@@ -247,11 +236,6 @@ def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval
     with np.errstate(invalid="ignore", divide="ignore"):
         low, high = np.quantile(np.sqrt(drawn[1] / drawn[0]), INTERVAL)
     return float(np.sqrt(totals[1] / totals[0])), (float(low), float(high))
-
-
-def _squares(side: DiagnosisSide, keys: list[_BlockKey]) -> FloatArray:
-    blocks = [side.blocks[key] for key in keys]
-    return np.array([block.samples * block.mean_square for block in blocks], dtype=np.float64)
 
 
 def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellChange]:
@@ -287,15 +271,6 @@ def _above_noise(cell: GapCell | None) -> float:
 
 def _noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
-
-
-def _run_changes(
-    before: Mapping[str, RunValidation], after: Mapping[str, RunValidation]
-) -> Iterator[RunChange]:
-    for run, old in before.items():
-        new = after.get(run)
-        if new is not None:
-            yield RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))
 
 
 _SIDE = json_table(

@@ -8,6 +8,7 @@ from carrierflex.diagnosis.gap.findings import (
     BAND,
     CHANNEL,
     EVEN,
+    KNOWN_WITHIN,
     LINE,
     LINES,
     MOTION,
@@ -34,9 +35,7 @@ _FLAT = 0.25
 #: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
 #: that took the mean of a cause over the runs has others.
 _LARGEST_EXPONENT = 4.0
-#: An exponent is said where its interval is narrower than this on either side: of an order, of a
-#: band.
-_ORDER_WITHIN = 1.0
+#: The exponent of a band is said where its interval is narrower than this on either side.
 _BAND_WITHIN = 1.5
 #: A trend below this share of a cell's mean square is not said, and no more than so many are.
 _SMALLEST_DRIFT = 0.02
@@ -95,8 +94,7 @@ def _joined(*clauses: str) -> str:
 
 def first_place_words(findings: GapFindings) -> str:
     """The largest part of the gap alone."""
-    largest = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
-    return place_words(replace(findings, where=tuple(largest[:1])))
+    return place_words(replace(findings, where=findings.where[:1]))
 
 
 def place_words(findings: GapFindings) -> str:
@@ -111,10 +109,7 @@ def place_words(findings: GapFindings) -> str:
 
 
 def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> str:
-    """What is said beside the largest parts: small orders, scatter and drift.
-
-    Orders of a share below `smallest_order` are not said.
-    """
+    """Small orders of a share from `smallest_order` on, scatter and drift."""
     small = [
         finding
         for finding in findings.where
@@ -140,7 +135,8 @@ def parity_words(parity: str) -> str:
 
 def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """One of the largest parts with its share."""
-    return _SENTENCES[finding.kind](finding, of_the_gap, parity)
+    text = _SENTENCES[finding.kind](finding, of_the_gap)
+    return f"{text}, {_PARITIES[parity]}" if finding.kind == BAND and parity in _PARITIES else text
 
 
 def _share(finding: Finding) -> str:
@@ -148,7 +144,7 @@ def _share(finding: Finding) -> str:
     return f"{min(100.0 * finding.share, 100.0):.0f} %"
 
 
-def _order_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _order_words(finding: Finding, of_the_gap: str) -> str:
     """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run``."""
     start = (
         f"{_share(finding)} {of_the_gap}is order {finding.order}, "
@@ -164,7 +160,7 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
     text = ""
     for condition, exponent in exponents.items():
-        if not _is_within(exponent, _ORDER_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
+        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
             continue
         if abs(exponent.value) < _FLAT:
             text += f", whatever the {condition}"
@@ -186,7 +182,7 @@ def _meaning(finding: Finding) -> str:
     return f" ({_FRAMES[finding.frame]})"
 
 
-def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _line_words(finding: Finding, of_the_gap: str) -> str:
     """``30 % of the gap is a line at 0.47X (0.17 Hz), between the shaft's orders, in s137``."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
@@ -198,8 +194,8 @@ def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     )
 
 
-def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
-    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, growth and parity."""
+def _band_words(finding: Finding, of_the_gap: str) -> str:
+    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, and growth."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
@@ -207,14 +203,14 @@ def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
         f"{_share(finding)} {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
     )
     for condition, exponent in finding.exponents.items():
-        if _is_within(exponent, _BAND_WITHIN):
+        if exponent.is_within(_BAND_WITHIN):
             low_end, high_end = exponent.ci95
             text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
-    return text + (f", {_PARITIES[parity]}" if parity in _PARITIES else "")
+    return text
 
 
-def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> str:
+def _motion_words(finding: Finding, of_the_gap: str) -> str:
     """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run``."""
     assert finding.band_hz is not None
     name = finding.patterns[0]
@@ -260,11 +256,6 @@ def _bound_words(p_value: float) -> str:
 
 def _run_words(finding: Finding) -> str:
     return "in every run" if finding.is_in_every_run else f"in {', '.join(sorted(finding.runs))}"
-
-
-def _is_within(exponent: Exponent, half_width: float) -> bool:
-    """Whether an exponent is known to a half width; never where it is not determined."""
-    return math.isfinite(exponent.value) and exponent.ci95[1] - exponent.value <= half_width
 
 
 def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> str:

@@ -17,25 +17,28 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
-from carrierflex.diagnosis.report.carrier_drawing import carrier_figure, shown_dimensions
 from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
+    colour_limits,
+    gap_map_figure,
     inline_svg,
     panel_figure,
     remainder_factor,
     shape_figure,
     signal_figure,
 )
-from carrierflex.diagnosis.report.gap_map_figure import colour_limits, gap_map_figure
-from carrierflex.diagnosis.report.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.machine_drawing import (
+    carrier_figure,
+    machine_figure,
+    shown_dimensions,
+)
 from carrierflex.diagnosis.report.report_data import ReportData
 from carrierflex.diagnosis.report.words import added_effects, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
-#: Rows of a table that could be long, and runs in the table of where causes act.
+#: Rows of a table that could be long.
 _MOST_SETS = 10
-_MOST_RUNS = 12
 
 
 def report_page(data: ReportData) -> str:
@@ -75,7 +78,7 @@ def _content(data: ReportData) -> dict[str, Any]:
         ],
         "causes": cause_rows(data),
         "acting": [step for step in steps if step.by_run],
-        "acting_runs": data.campaign.runs[:_MOST_RUNS],
+        "acting_runs": data.campaign.runs[: words.MOST_ROWS],
         "names": effect_names,
         "software": data.software,
         "drawn": _drawings(data),
@@ -85,15 +88,11 @@ def _content(data: ReportData) -> dict[str, Any]:
     }
 
 
-#: Rivals below this share are not listed.
-_LEAST_RIVAL = 0.05
-
-
 def _rivals(answer: ClassAnswer | None) -> list[tuple[str, str]]:
     """Other classes alone with their shares, largest first."""
     rivals = answer.rivals.items() if answer is not None else ()
     shares = sorted(((share, name) for name, share in rivals), reverse=True)
-    shown = [(share, name) for share, name in shares if share >= _LEAST_RIVAL]
+    shown = [(share, name) for share, name in shares if share >= verdict_words.WORTH_A_LOOK]
     return [(plain_name(name), verdict_words.share_words(share)) for share, name in shown]
 
 

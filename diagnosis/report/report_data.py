@@ -9,8 +9,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, SignalComparison, Trace
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.figures import stretch_of
-from carrierflex.diagnosis.report.gap_map_figure import GapGrid, gap_grids
+from carrierflex.diagnosis.report.figures import GapGrid, gap_grids, stretch_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -126,16 +125,13 @@ def _cut(overlay: Overlay, stretch: slice) -> Overlay:
 
 def _drawn(picture: Picture) -> Picture:
     """Picture with no more digits than are drawn."""
-    panels = [
-        replace(panel, traces=tuple(_drawn_trace(trace) for trace in panel.traces))
-        for panel in picture.panels
-    ]
+
+    def drawn(trace: Trace) -> Trace:
+        shade = None if trace.shade is None else _rounded(trace.shade)
+        return Trace(trace.role, _rounded(trace.x), _rounded(trace.y), shade)
+
+    panels = (replace(one, traces=tuple(map(drawn, one.traces))) for one in picture.panels)
     return replace(picture, panels=tuple(panels))
-
-
-def _drawn_trace(trace: Trace) -> Trace:
-    shade = None if trace.shade is None else _rounded(trace.shade)
-    return Trace(trace.role, _rounded(trace.x), _rounded(trace.y), shade)
 
 
 def _rounded(values: FloatArray) -> FloatArray:

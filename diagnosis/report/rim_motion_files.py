@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.report.words import added_effects
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import read_document, save_json
@@ -18,8 +18,6 @@ from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.identification.campaign.campaign import Campaign
-
-FloatArray = NDArray[np.float64]
 
 RIM_MOTION_FILE = "rim_motion.json"
 _FORMAT, _VERSION = "carrierflex-rim-motion", 1

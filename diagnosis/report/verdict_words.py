@@ -164,7 +164,7 @@ def _undecided(diagnosis: Diagnosis) -> str:
         texts = [f"one of {'; '.join(group)}" for group in groups]
         return f"Cannot be distinguished in these records: {', and beside it '.join(texts)}"
     remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
-    if far is not None and remains and far.rho > _WORTH and far.floor_multiple > _ABOVE_NOISE:
+    if far is not None and remains and far.rho > WORTH_A_LOOK and far.floor_multiple > _ABOVE_NOISE:
         above_noise = math.sqrt(max(1.0 - far.phi, 0.0))
         return f"Part of the gap ({percent(above_noise)} of its RMS above the noise) is unexplained"
     return "No other effect of the library explains the records as well"
@@ -219,7 +219,7 @@ def experiment_text(diagnosis: Diagnosis) -> str:
 
 
 #: Share of the gap above the floor that is worth a second look, and RMS over the floor.
-_WORTH = 0.05
+WORTH_A_LOOK = 0.05
 _ABOVE_NOISE = 1.1
 #: Share of what a class explains from which a law that is not named is near.
 _NEAR = 0.9
@@ -231,10 +231,7 @@ def next_step(diagnosis: Diagnosis) -> str:
 
 
 def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) -> list[str]:
-    """What to check, put in and measure, in that order, a sentence each.
-
-    `has_measured_law` says whether a measured shape can be saved, where the diagnosis was read.
-    """
+    """What to check, put in and measure, in that order, a sentence each."""
     answer = diagnosis.classes
     if has_measured_law is None:
         has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)
@@ -300,7 +297,7 @@ def worth(diagnosis: Diagnosis) -> str:
     explains = diagnosis.shrinks_by_class or len(far.steps) > 1
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not far.rho < 1.0:
         return f"The gap is {before} RMS, the noise floor {floor}."
-    share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - _WORTH else ""
+    share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - WORTH_A_LOOK else ""
     return (
         f"Expected: gap {before} to {sized(far.rms_after, diagnosis.unit)} RMS{share} on "
         f"held-out records; noise floor {floor}."

@@ -169,7 +169,7 @@ _UNDETERMINED = 1e6
 _MOST_DECIMALS = 9
 #: Rounding of a closed form: no signal of any unit in use is that small.
 _NOTHING = 1e-15
-_MOST_ROWS = 12
+MOST_ROWS = 12
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
 
@@ -390,4 +390,4 @@ def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Expon
             if math.isfinite(exponent.value)
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
-    return rows[:_MOST_ROWS]
+    return rows[:MOST_ROWS]

@@ -6,7 +6,6 @@ import pytest
 
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue
 from carrierflex.workflows.fe.default_curves import default_curves
 
@@ -30,7 +29,7 @@ def findings(scale, fixed=None):
         name: replace(curve, axial=scale * curve.axial) for name, curve in default_curves().items()
     }
     problem = carrier_problem(measured, curves)
-    check = checked_baseline(problem, measured, wiring_of(problem, measured))
+    check = checked_baseline(problem, measured, problem.wiring(measured))
     return {warning.check: warning for warning in check.warnings}
 
 

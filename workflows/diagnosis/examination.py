@@ -12,7 +12,7 @@ from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, m
 from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
+from carrierflex.diagnosis.kinds import Curves, problem_of
 from carrierflex.diagnosis.late_columns import columns_put_back
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import GapSquare
@@ -44,7 +44,7 @@ class ExaminedCampaign:
 
         `shapes` are the measured ones of its classes, which take the place of laws.
         """
-        wiring = wiring_of(self.problem, self.distinct)
+        wiring = self.problem.wiring(self.distinct)
         return checked_baseline(self.problem, self.distinct, wiring, fit, laws, shapes)
 
     def findings(self) -> tuple[CampaignWarning, ...]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carrierflex.diagnosis.carrier.classes.answer import DELAY
 from carrierflex.diagnosis.carrier.watch.change_class import (
-    CLOCK,
     EXCHANGED,
     LOST,
     NO_CLASS,
@@ -40,7 +40,7 @@ _FAULTS = {
     REVERSED: "a reversed signal",
     LOST: "a lost signal",
     ONE_CHANNEL: "a fault of one sensor",
-    CLOCK: "delay of all sensors",
+    DELAY: "delay of all sensors",
 }
 #: What a class follows, in ids of a diagnosis.
 _UNDETERMINED = "undetermined"

@@ -37,6 +37,7 @@ from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.inference.law_fits import FEWEST_CONDITIONS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.drawing import body_of_effect
 from carrierflex.simulation.carrier.effects.inside_stage import STAGE, group_of_effect
@@ -56,10 +57,8 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     WAVES,
 )
 
-_GAIN = "channel/gain"
-_ZERO = "channel/zero"
-_ANGLE = "channel/angle"
-_DELAY = "clock/delay"
+#: Classes of errors of the sensors.
+GAIN, ZERO, ANGLE, DELAY = "channel/gain", "channel/zero", "channel/angle", "clock/delay"
 #: A carrier that differs from its drawing, by the body that does.
 _MODEL = "model"
 #: Standard deviation of a derivative of the curves, over its value: its mesh (5 % of the outer
@@ -92,24 +91,18 @@ _LAWS = {
     "pin_clearance": (WAVES, (BY_TORQUE,)),
     "face_runout": (WAVES, (NONE,)),
     "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
-    "sensor_gain": (_GAIN, (NONE,)),
-    "sensor_zero": (_ZERO, (NONE,)),
-    "sensor_angle": (_ANGLE, (NONE,)),
-    "sensor_delay": (_DELAY, (NONE,)),
+    "sensor_gain": (GAIN, (NONE,)),
+    "sensor_zero": (ZERO, (NONE,)),
+    "sensor_angle": (ANGLE, (NONE,)),
+    "sensor_delay": (DELAY, (NONE,)),
 }
 CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
 #: Frames and patterns of laws that hold whatever the load.
 CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
-_SENSOR_EFFECTS = {
-    "sensor_gain": _GAIN,
-    "sensor_zero": _ZERO,
-    "sensor_angle": _ANGLE,
-    "sensor_delay": _DELAY,
-}
-#: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
-#: the table keeps, and folds of blocks where conditions are fewer.
-_FEWEST_CONDITIONS = 3
+_SENSOR_EFFECTS = {law: shape for law, shape in CLASS_OF_LAW.items() if law.startswith("sensor_")}
+#: Blocks of a run, and of all runs together, that the table keeps, and folds of blocks where
+#: conditions are few.
 _BLOCKS_A_RUN = 4
 _MOST_BLOCKS = 96
 #: The products of all blocks take so much memory [bytes], but blocks stay enough to tell how far a
@@ -145,11 +138,7 @@ def carrier_class_table(
     candidates: Effects,
     base: FloatArray,
 ) -> CarrierTable | None:
-    """Table of all classes of a campaign and of the laws; None where the blocks are too few.
-
-    `noise` is the variance by channel [m²], `base` the parameters of the fitted baseline. Laws with
-    a value for every run are in no table.
-    """
+    """Table of all classes and laws of a campaign; None where the blocks are too few."""
     if len(records.segments) < _CONSTANTS.fewest_blocks:
         return None
     source = model.source
@@ -170,7 +159,7 @@ def carrier_class_table(
     # Without the condition of one of two torques nothing tells what follows torque from what does
     # not: only amplitudes at the torques that were fitted can be predicted.
     has_torques = n_torques >= _FEWEST_TORQUES
-    has_conditions = has_torques and len(set(conditions)) >= _FEWEST_CONDITIONS
+    has_conditions = has_torques and len(set(conditions)) >= FEWEST_CONDITIONS
     run = records.run_of_segment[first]
     if has_conditions:
         folds = _numbered(conditions)
@@ -230,11 +219,7 @@ def carrier_class_table(
 def _known_of_base(
     model: CarrierModel, rows: "_TableRows", base: FloatArray, unit: FloatArray, variance: float
 ) -> FloatArray:
-    """Penalty of the baseline's shared regressors by what is known of them, shape (n_base,).
-
-    In the units of the table: `unit` is the factor of every column, `variance` that of the noise of
-    a sample [m²].
-    """
+    """Penalty of shared regressors by what is known of them, in units of the table, (n_base,)."""
     penalty = np.zeros(rows.n_base)
     for k, parameter in enumerate(model.parameters((), contained_channels(model))):
         if parameter.run is not None:
@@ -370,7 +355,7 @@ def _products(
     before = np.zeros(end)
     for run in range(len(model.runs)):
         of_classes = rows.classes.of_run(run)
-        segments = records.segments_of_run(run)
+        segments = records.segments_of(slice(run, run + 1))
         blocks, first = np.unique(block_of_segment[segments], return_index=True)
         gram = np.zeros((blocks.size, size, size))
         products = records.products_of_basis(segments, first)
@@ -394,11 +379,9 @@ def _without_run(gram: FloatArray, of_run: slice) -> FloatArray:
     """Products of one run by block once its parameters, the last ones, are fitted to it."""
     total = gram.sum(axis=0)
     fit = total[:, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=_ROUNDING)
-    reduced = []
-    for block in gram:
-        taken = fit @ block[of_run]
-        reduced.append(block + (fit @ block[of_run, of_run] @ fit.T - taken - taken.T))
-    return np.array(reduced)[:, : of_run.start, : of_run.start]
+    taken = fit @ gram[:, of_run]
+    reduced = gram + (fit @ gram[:, of_run, of_run] @ fit.T - taken - np.swapaxes(taken, 1, 2))
+    return np.asarray(reduced[:, : of_run.start, : of_run.start])
 
 
 def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, ...]]:

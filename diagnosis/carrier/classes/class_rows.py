@@ -16,6 +16,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     FORCE_Y,
     FORCE_Z,
     N_TIME_COLUMNS,
+    SAME_CONDITION,
     TORQUE,
     flexible_terms,
 )
@@ -55,8 +56,6 @@ LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 #: Radial load, over the largest, at which a saturating function bends.
 _BENDS = (0.15, 0.45)
 _STEP = 1e-4
-#: Two torques over nominal are one within this.
-_ONE_TORQUE = 0.05
 #: Points of a curve around the carrier: waves of less than half as many lobes are exact.
 _POINTS = 512
 _AXIAL = "axial_displacement"
@@ -97,16 +96,6 @@ def _alone(pattern: Callable[[Sequence[str]], Columns]) -> _ColumnsOf:
     return lambda quantities, n_planets: pattern(quantities)
 
 
-def _face_waves(quantities: Sequence[str], n_planets: int) -> Columns:
-    """Waves on the carrier's face, whatever their order."""
-    return turning_waves(quantities, range(2, highest_order(n_planets) + 1))
-
-
-def _planet_waves(quantities: Sequence[str], n_planets: int) -> Columns:
-    """Waves that equal loads of all planets make: as many lobes as planets, and multiples."""
-    return turning_waves(quantities, range(n_planets, highest_order(n_planets) + 1, n_planets))
-
-
 def shapes() -> tuple[_Shape, ...]:
     """Every frame and pattern whose columns are waves."""
     still = {OFFSET: offset, TILT: tilt, SADDLE: saddle}
@@ -124,17 +113,22 @@ def shapes() -> tuple[_Shape, ...]:
         _Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
         _Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
         _Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
-        _Shape(WAVES, {NONE: _face_waves, BY_TORQUE: _planet_waves}, _OF_TORQUE),
+        _Shape(
+            WAVES,
+            {
+                # On the carrier's face whatever their order; as many lobes as planets, and
+                # multiples, by equal loads of all planets.
+                NONE: lambda quantities, n: turning_waves(
+                    quantities, range(2, highest_order(n) + 1)
+                ),
+                BY_TORQUE: lambda quantities, n: turning_waves(
+                    quantities, range(n, highest_order(n) + 1, n)
+                ),
+            },
+            _OF_TORQUE,
+        ),
         _Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _LoadWeights:
-    """One function of the loads, linear within each run."""
-
-    by_load: Mapping[str, FloatArray]  # (n_runs,) factor of the columns times each load
-    means: Mapping[str, FloatArray]  # (n_runs,) mean of each load in each run
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,25 +140,25 @@ class _LoadFunctions:
     n_vectors: int = 0  # pairs of functions along y and z
 
 
-def _load_weights(function: LoadFunction, means: FloatArray) -> _LoadWeights:
-    """Function of the loads, linear about the mean loads of each run."""
+def _load_weights(function: LoadFunction, means: FloatArray) -> dict[str, FloatArray]:
+    """Factor of the columns times each load by run, linear about the mean loads of each run."""
     t, y, z = means.T
-    value = function(t, y, z)
     slopes = {
         TORQUE: (function(t + _STEP, y, z) - function(t - _STEP, y, z)) / (2.0 * _STEP),
         FORCE_Y: (function(t, y + _STEP, z) - function(t, y - _STEP, z)) / (2.0 * _STEP),
         FORCE_Z: (function(t, y, z + _STEP) - function(t, y, z - _STEP)) / (2.0 * _STEP),
     }
-    by_mean = {TORQUE: t, FORCE_Y: y, FORCE_Z: z}
-    constant = value - sum(slopes[load] * by_mean[load] for load in slopes)
-    return _LoadWeights({CONSTANT: constant, **slopes}, {CONSTANT: np.ones_like(t), **by_mean})
+    constant = function(t, y, z) - sum(
+        slope * mean for slope, mean in zip(slopes.values(), means.T, strict=True)
+    )
+    return {CONSTANT: constant, **slopes}
 
 
 def torque_levels(torque: FloatArray) -> int:
     """Torques over nominal that differ by more than a twentieth."""
     levels: list[float] = []
     for value in sorted(torque.tolist()):
-        if not levels or value - levels[-1] > _ONE_TORQUE:
+        if not levels or value - levels[-1] > SAME_CONDITION:
             levels.append(value)
     return len(levels)
 
@@ -211,19 +205,19 @@ def _saturating(component: int, bend: float) -> LoadFunction:
     return function
 
 
-def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray | None:
+def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray:
     """Weights of the columns of a pattern in what unequal pin loads can make of it.
 
-    Shape (n_patterns, n_columns), the largest weight at the sensors of a quantity one. None for a
-    pattern that unequal pin loads do not make, and without the curve ``g_f`` of one pin: every wave
-    has a size of its own then.
+    Shape (n_patterns, n_columns), the largest weight at the sensors of a quantity one. In a pattern
+    that unequal pin loads do not make, and without the curve ``g_f`` of one pin, every wave has a
+    size of its own.
 
     References
     ----------
     .. [1] 2012 paper, section 2: superposition of the single-pin curves.
     """
     if pattern not in (UNEVEN, MODULATED) or "g_f" not in rig.curves:
-        return None
+        return np.eye(len(columns))
     lobes = np.array([column.waves[0].lobes for column in columns])
     order = np.array([column.order for column in columns])
     cosine = np.array([column.waves[0].cosine for column in columns])
@@ -231,7 +225,9 @@ def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray 
     if pattern == UNEVEN:
         factors = _of_excesses(lobes, rig.n_planets)
     else:
-        factors = _of_turning_shares(lobes - order)
+        # Shares ``cos(beta_i)`` and ``sin(beta_i)`` of the housing angle of a pin change once a
+        # turn: ``2/n sum_i e_i exp(-j (h - n) beta_i)``.
+        factors = np.array([np.ones(lobes.size, dtype=complex), -1j * (lobes - order)])
     rows = []
     for quantity in dict.fromkeys(column.quantity for column in columns):
         shows = np.array([column.quantity == quantity for column in columns])
@@ -265,15 +261,6 @@ def _of_excesses(lobes: np.ndarray, n_planets: int) -> np.ndarray:
     return np.array(rows)
 
 
-def _of_turning_shares(step: np.ndarray) -> np.ndarray:
-    """Sums ``2/n sum_i e_i exp(-j (h - n) beta_i)`` of shares that change once a turn.
-
-    Shape (2, n_columns): ``e_i = cos(beta_i)`` and ``sin(beta_i)``, beta the housing angle of a
-    pin; `step` is h - n, one or minus one.
-    """
-    return np.array([np.ones(step.size, dtype=complex), -1j * step])
-
-
 @dataclass(frozen=True, eq=False)
 class _SensorColumn:
     """Column of a pattern at the sensors of a campaign."""
@@ -288,7 +275,7 @@ class _RowGroup:
     """Rows of one shape that follow the loads in one way: every function with every column."""
 
     columns: Sequence[_SensorColumn]  # columns of the pattern
-    loads: Sequence[_LoadWeights]  # functions of the loads
+    loads: Sequence[Mapping[str, FloatArray]]  # functions of the loads: factors by load and run
     penalty: FloatArray  # (n, n) penalty of the amplitudes, those of a function together
     weights: FloatArray  # (n_patterns, n_columns) sums of columns that the amplitudes are of
 
@@ -298,9 +285,9 @@ class ClassRows:
     """Rows of all classes, group by group; the last ones are the offset that changes in time."""
 
     groups: Mapping[str, _RowGroup]  # By ``frame/pattern:dependence``
-    n_channels: int  # Channels
     offset: FloatArray  # One where an offset of the run shows, shape (n_channels,)
     numbers: _Numbers  # Number of a wave times a load among the columns of the flexible model
+    means: FloatArray  # Mean of each load in each run, over nominal and largest, shape (n_runs, 3)
 
     @property
     def rows_of_groups(self) -> dict[str, tuple[slice, FloatArray]]:
@@ -319,51 +306,36 @@ class ClassRows:
         """Number of rows."""
         return N_TIME_COLUMNS + sum(len(group.penalty) for group in self.groups.values())
 
-    @property
-    def n_features(self) -> int:
-        """Columns of the flexible model."""
-        return N_TIME_COLUMNS + len(self.numbers)
-
     def of_run(self, run: int) -> FloatArray:
         """Weights of the flexible columns in a run, shape (n_rows + 1, n_channels, n_features).
 
         The last row is the offset of the run.
         """
+        means = dict(
+            zip((CONSTANT, TORQUE, FORCE_Y, FORCE_Z), (1.0, *self.means[run]), strict=True)
+        )
         rows = []
         for group in self.groups.values():
             for loads in group.loads:
+                factors = {load: factor[run] for load, factor in loads.items()}
                 of_columns = np.array(
-                    [_row(column, loads, run, self.numbers) for column in group.columns]
+                    [_row(column, factors, means, self.numbers) for column in group.columns]
                 )
                 rows.append(np.tensordot(group.weights, of_columns, 1))
-        warming = np.zeros((N_TIME_COLUMNS, self.n_channels, self.n_features))
+        in_time = np.zeros((N_TIME_COLUMNS + 1, *rows[0].shape[1:]))
         for k in range(N_TIME_COLUMNS):
-            warming[k, :, k] = 1.0
-        return np.concatenate([*rows, warming, self._offset_row])
-
-    @property
-    def _offset_row(self) -> FloatArray:
-        """Offset of the run, shape (1, n_channels, n_features)."""
-        row = np.zeros((1, self.n_channels, self.n_features))
-        row[0, :, self.numbers[0, False, CONSTANT]] = self.offset
-        return row
+            in_time[k, :, k] = 1.0
+        in_time[-1, :, self.numbers[0, False, CONSTANT]] = self.offset
+        return np.concatenate([*rows, in_time])
 
 
 def class_rows(
     channels: Sequence[Channel], rig: CarrierRig, means: FloatArray, n_torques: int
 ) -> ClassRows:
-    """Rows of every shape.
+    """Rows of every shape; `n_torques` are the torques that differ.
 
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Sensors.
-    rig : CarrierRig
-        Planets, and the curve of one pin where it is known.
-    means : ndarray, shape (n_runs, 3)
-        Mean torque and radial load of each run, over nominal and over the largest.
-    n_torques : int
-        Torques that differ.
+    `means` are mean torque and radial load of each run, over nominal and over the largest, shape
+    (n_runs, 3).
     """
     functions = load_functions(n_torques)
     quantities = [channel.quantity for channel in channels]
@@ -372,20 +344,19 @@ def class_rows(
         for dependence in shape.columns:
             loads = functions[dependence]
             columns = shape.columns[dependence](quantities, rig.n_planets)
-            in_proportion = _pin_weights(shape.id, columns, rig)
-            weights = np.eye(len(columns)) if in_proportion is None else in_proportion
+            weights = _pin_weights(shape.id, columns, rig)
             groups[f"{shape.id}:{dependence}"] = _RowGroup(
                 [_at_sensors(column, channels) for column in columns],
                 [_load_weights(load, means) for load in loads.functions],
                 _penalty(loads, columns, weights),
                 weights,
             )
-    is_axial = [float(channel.quantity == "axial_displacement") for channel in channels]
+    is_axial = [float(channel.quantity == _AXIAL) for channel in channels]
     numbers = {
         (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
         for k, term in enumerate(flexible_terms(rig.n_planets))
     }
-    return ClassRows(groups, len(channels), np.array(is_axial), numbers)
+    return ClassRows(groups, np.array(is_axial), numbers, means)
 
 
 def _penalty(loads: _LoadFunctions, columns: Columns, weights: FloatArray) -> FloatArray:
@@ -427,25 +398,28 @@ def _turning_pairs(columns: Columns) -> list[int]:
 def _at_sensors(column: PatternColumn, channels: Sequence[Channel]) -> _SensorColumn:
     """Column of a pattern at every sensor."""
     angle = np.array([channel.angle for channel in channels], dtype=np.float64)
-    shows = np.array(
-        [channel.quantity == column.quantity for channel in channels], dtype=np.float64
-    )
+    shows = np.array([float(channel.quantity == column.quantity) for channel in channels])
     cosine, sine = column.over(angle)
     return _SensorColumn(column.order, shows * cosine, shows * sine)
 
 
-def _row(column: _SensorColumn, loads: _LoadWeights, run: int, numbers: _Numbers) -> FloatArray:
+def _row(
+    column: _SensorColumn,
+    factors: Mapping[str, float],
+    means: Mapping[str, float],
+    numbers: _Numbers,
+) -> FloatArray:
     """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
     row = np.zeros((column.cosine.size, N_TIME_COLUMNS + len(numbers)))
     for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):
         if not over_channels.any():
             continue
         plain = numbers[column.order, is_sine, CONSTANT]
-        for load, factor in loads.by_load.items():
+        for load, factor in factors.items():
             number = numbers.get((column.order, is_sine, load))
             if number is None:
                 # No column of this order follows the load within a run: its mean stands for it.
-                row[:, plain] += factor[run] * loads.means[load][run] * over_channels
+                row[:, plain] += factor * means[load] * over_channels
             else:
-                row[:, number] += factor[run] * over_channels
+                row[:, number] += factor * over_channels
     return row

@@ -49,10 +49,7 @@ _ROUNDING = 1e-9
 
 
 def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
-    """Measured shape of a class of the answer.
-
-    `wanted` is a frame and pattern; default: those of the class of the largest share.
-    """
+    """Measured shape of a frame and pattern of an answer; default: of the largest share."""
     names = {
         finding.id: shape_of(finding.id)
         for finding in answer.classes
@@ -104,17 +101,7 @@ def _signals(law: Law, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
 def beyond_visited(
     law: Law, records: CarrierSums, runs: Sequence[str]
 ) -> tuple[CampaignWarning, ...]:
-    """Warning where records leave the loads at which a law was measured; empty where none does.
-
-    Parameters
-    ----------
-    law : Law
-        Law.
-    records : CarrierSums
-        Loads of every revolution.
-    runs : sequence of str
-        Names of the runs.
-    """
+    """Warning where records leave the loads at which a law was measured; empty where none does."""
     followed = {load for follows in _followed(law) for load in LOADS_OF[follows]}
     warnings: list[tuple[float, CampaignWarning]] = []
     for column, (load, unit) in enumerate(_UNITS.items()):

@@ -7,21 +7,21 @@ planets have as many more nodes. A shape is linear between its nodes; several sh
 of the signal. No more columns are in memory at once than a chunk holds.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.simulation.carrier.effect import Effect, Pattern
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.rim import (
     CarrierInputs,
     CarrierRig,
@@ -30,7 +30,6 @@ from carrierflex.simulation.carrier.rim import (
 )
 from carrierflex.simulation.sensing import delayed, delayed_angle
 
-FloatArray = NDArray[np.float64]
 #: Largest shift of a sensor, and of the angle behind a delay, at which columns are computed.
 _FARTHEST_MOVE_DEG, _FARTHEST_DELAY_DEG = 6.0, 18.0
 #: Values between the bounds of a shape that names no nodes.
@@ -55,7 +54,7 @@ FORCE_Y = "ntl_y"
 FORCE_Z = "ntl_z"
 #: Columns of time before those of the flexible residual model: u and u squared.
 N_TIME_COLUMNS = 2
-IntArray = NDArray[np.int64]
+_INPUTS = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
 #: Samples whose columns are in memory at once.
 _CHUNK = 20_000
 
@@ -115,31 +114,20 @@ class ColumnSource:
         delayed: Sequence[CarrierInputs],
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
-        """Columns of effects, and of the flexible residual model, by key.
+        """Columns of effects and of the flexible model by key [m per unit of the parameter].
 
-        Parameters
-        ----------
-        sensor : RimSensor
-            Sensor.
-        inputs : CarrierInputs
-            Inputs of n samples.
-        delayed : sequence of CarrierInputs
-            The same inputs at the nodes of the delay.
-        owners : collection of str, optional
-            Effects whose columns are wanted; default: all, and those of the flexible model.
-
-        Returns
-        -------
-        dict of tuple to ndarray, shape (n,)
-            Columns [m per unit of the parameter].
+        `delayed` are the same inputs at the nodes of the delay, `owners` the effects whose columns
+        are wanted; default: all, and those of the flexible model.
         """
         rows: dict[Key, FloatArray] = {(ONE, 0, PLAIN, 0): np.ones(inputs.time.size)}
         for effect in self.effects.values():
             if effect.pattern is None or (owners is not None and effect.id not in owners):
                 continue
             if effect.n_shapes:
+                # An effect with one shape is its only pattern.
+                patterns = effect.shape_parts or (effect.signals,)
                 nodes = self.shape_nodes(effect).tolist()
-                for node, (pattern, value) in enumerate(product(_patterns_of(effect), nodes)):
+                for node, (pattern, value) in enumerate(product(patterns, nodes)):
                     signals = pattern(sensor, inputs, self.rig, value)
                     rows.update(_keyed(effect.id, SHAPE, node, signals))
                 continue
@@ -167,12 +155,14 @@ class ColumnSource:
 
     def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
         """Features of the flexible residual model, the same at every sensor, shape (k, n)."""
-        torque = inputs.torque / self.rig.nominal_torque
-        forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
+        quantity = {
+            CONSTANT: np.ones_like(inputs.torque),
+            TORQUE: inputs.torque / self.rig.nominal_torque,
+            FORCE_Y: inputs.ntl_y / self.largest_load,
+            FORCE_Z: inputs.ntl_z / self.largest_load,
+        }
         lasts = np.maximum(inputs.end - inputs.start, np.finfo(float).tiny)
         u = (2.0 * inputs.time - inputs.start - inputs.end) / lasts
-        quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
-        quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
         terms = flexible_terms(self.rig.n_planets)
         waves = {
             (order, is_sine): (np.sin if is_sine else np.cos)(order * inputs.carrier_angle)
@@ -197,10 +187,7 @@ def delay_nodes(n_planets: int) -> FloatArray:
 
 @lru_cache
 def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
-    """Columns of the flexible residual model after its two of time, in their order.
-
-    Every order that is kept, those up to two beyond the pins' second one also times the torque.
-    """
+    """Columns of the flexible residual model after its two of time, in their order."""
     terms = []
     for order in range(highest_order(n_planets) + 1):
         loads = [CONSTANT]
@@ -211,11 +198,6 @@ def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
         waves = (False, True) if order else (False,)
         terms += [FlexibleTerm(order, is_sine, load) for is_sine in waves for load in loads]
     return tuple(terms)
-
-
-def _patterns_of(effect: Effect) -> tuple[Pattern, ...]:
-    """Patterns of one shape each: an effect with one shape is its only pattern."""
-    return effect.shape_parts or (effect.signals,)
 
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:
@@ -242,6 +224,10 @@ def largest_load(campaign: Campaign) -> float:
     return largest or 1.0
 
 
+#: Difference of loads, or of speed, over the largest, that is the same condition.
+SAME_CONDITION = 0.05
+
+
 def mean_load(run: Run, name: str) -> float:
     """Mean of a load over a run; zero where the rig has none."""
     return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
@@ -255,7 +241,7 @@ class BlockColumns:
     #: Columns at the samples of a piece that holds the block, the target first, shape (k, n)
     rows: FloatArray
     samples: IntArray  # Numbers of these samples in the run, ascending, shape (n,)
-    is_complete: NDArray[np.bool_]  # Whether no column is missing, shape (n,)
+    is_complete: BoolArray  # Whether no column is missing, shape (n,)
     inputs: CarrierInputs  # Inputs at these samples
     revolutions: Sequence[IntArray]  # Numbers of the samples of every revolution of the block
 
@@ -297,22 +283,17 @@ class RunColumns:
 
     def target(self, channel: Channel, samples: IntArray) -> dict[Key, FloatArray]:
         """Target and another simulator's prediction at some samples."""
-        target = self.run.signals[channel.name][samples]
-        return {
-            (TARGET, 0, "", 0): target,
-            **{key: values[samples] for key, values in self._predicted(channel).items()},
-        }
+        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]} | self._predicted(channel)
+        return {key: values[samples] for key, values in rows.items()}
 
     def _predicted(self, channel: Channel) -> dict[Key, FloatArray]:
         """Another simulator's prediction of the whole run, at the nodes of a delay too."""
-        rows = self._last_predicted.get(channel.name)
-        if rows is None:
-            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-            rows = _predictions_of(self.run, channel, delays)
+        if channel.name not in self._last_predicted:
             # Those of all channels would be as large as the record.
             self._last_predicted.clear()
-            self._last_predicted[channel.name] = rows
-        return rows
+            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+            self._last_predicted[channel.name] = _predictions_of(self.run, channel, delays)
+        return self._last_predicted[channel.name]
 
     @cached_property
     def _last_predicted(self) -> dict[str, dict[Key, FloatArray]]:
@@ -330,19 +311,11 @@ class RunColumns:
         owners: Collection[str] | None = None,
         source: ColumnSource | None = None,
     ) -> Iterator[BlockColumns]:
-        """Columns at a sensor, block by block.
+        """Columns at a sensor, block by block; `blocks` are the numbers of the revolutions of each.
 
-        Parameters
-        ----------
-        channel : Channel
-            Sensor.
-        blocks : sequence of ndarray of int
-            Numbers of the revolutions of every block.
-        owners : collection of str, optional
-            Effects whose columns are wanted; default: all, and those of the flexible model. The
-            target, and another simulator's prediction, are always among them.
-        source : ColumnSource, optional
-            What computes the effects' columns; default: that of the run.
+        The target, and another simulator's prediction, are always among them. Effects of `owners`
+        alone, computed by `source`; default: all, and those of the flexible model, by that of the
+        run.
         """
         for chunk in self._chunks(blocks):
             (of_chunk,) = _made_together([self], channel, [chunk], owners, source)
@@ -436,36 +409,13 @@ def _made_together(
         ]
 
 
-@dataclass(frozen=True, eq=False)
-class _SomeSamples:
-    """A few samples of every run, one after the other."""
+def some_samples(
+    runs: Sequence[Run], source: ColumnSource, n_samples: int
+) -> Callable[[Channel], FloatArray]:
+    """All columns at a sensor but the target, shape (k - 1, m), at m samples of all runs.
 
-    runs: Sequence[Run]  # Records within their windows of use
-    samples: Sequence[IntArray]  # Numbers of the samples in every run
-    source: ColumnSource  # Effects, rig and typical speed
-    inputs: CarrierInputs  # Inputs at all of them; m in all
-    late: Sequence[CarrierInputs]  # The same inputs at the nodes of the delay
-
-    def rows(self, channel: Channel) -> FloatArray:
-        """All columns at a sensor, the target left out, shape (k - 1, m)."""
-        delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-        # Another simulator's prediction is each run's own.
-        predicted = [
-            np.reshape(
-                [values[samples] for values in _predictions_of(run, channel, delays).values()],
-                (-1, samples.size),
-            )
-            for run, samples in zip(self.runs, self.samples, strict=True)
-        ]
-        rows = self.source.rows(rim_sensor(channel), self.inputs, self.late)
-        return np.concatenate([np.concatenate(predicted, axis=1), list(rows.values())])
-
-
-def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _SomeSamples:
-    """A few samples of every run from its first to its last.
-
-    With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
-    known and what is a combination elsewhere is none.
+    With `n_samples` evenly spaced ones of every run stand some close to both ends, where a delayed
+    angle is not known and what is a combination elsewhere is none.
     """
     by_run = []
     for run in runs:
@@ -475,8 +425,23 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
         samples = np.unique(np.concatenate([even, close, last - close]))
         by_run.append((RunColumns(run, source), samples))
     inputs = in_a_row([inputs_at(columns.inputs, samples) for columns, samples in by_run])
-    chosen = [samples for _, samples in by_run]
-    return _SomeSamples(runs, chosen, source, inputs, _late(inputs, by_run))
+    late = _late(inputs, by_run)
+    delays = delay_nodes(source.rig.n_planets) / source.speed
+    chosen = [(columns.run, samples) for columns, samples in by_run]
+
+    def rows(channel: Channel) -> FloatArray:
+        # Another simulator's prediction is each run's own.
+        predicted = [
+            np.reshape(
+                [values[some] for values in _predictions_of(run, channel, delays).values()],
+                (-1, some.size),
+            )
+            for run, some in chosen
+        ]
+        others = source.rows(rim_sensor(channel), inputs, late)
+        return np.concatenate([np.concatenate(predicted, axis=1), list(others.values())])
+
+    return rows
 
 
 def _late(
@@ -491,13 +456,10 @@ def _late(
 
 
 def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other.
-
-    Columns follow the inputs sample by sample: those of short runs cost little more than of one.
-    """
+    """Inputs of several runs one after the other: their columns cost little more than of one."""
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
-        for name in ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
+        for name in _INPUTS
     }
     sizes = [inputs.time.size for inputs in inputs_of_runs]
     start = np.repeat([inputs.start for inputs in inputs_of_runs], sizes)
@@ -514,13 +476,10 @@ def inputs_of(run: Run) -> CarrierInputs:
 
 def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> ColumnIndex:
     """Numbers of the columns, from one sample of a run."""
-    columns = RunColumns(run, source)
-    first = inputs_at(columns.inputs, np.arange(1))
+    columns, one = RunColumns(run, source), np.arange(1)
+    first = inputs_at(columns.inputs, one)
     late = [first] * delay_nodes(source.rig.n_planets).size
-    rows = {
-        **columns.target(channel, np.arange(1)),
-        **source.rows(rim_sensor(channel), first, late),
-    }
+    rows = columns.target(channel, one) | source.rows(rim_sensor(channel), first, late)
     return ColumnIndex({key: number for number, key in enumerate(rows)})
 
 
@@ -529,14 +488,12 @@ def _predictions_of(run: Run, channel: Channel, delays: FloatArray) -> dict[Key,
     if channel.name not in run.predictions:
         return {}
     prediction = run.predictions[channel.name]
-    rows: dict[Key, FloatArray] = {(PREDICTION, 0, "", 0): prediction}
-    for node, delay in enumerate(delays.tolist()):
-        if delay:
-            rows[PREDICTION, 0, "delay", node] = delayed(run.time, prediction, delay)
+    rows: dict[Key, FloatArray] = {(PREDICTION, 0, PLAIN, 0): prediction}
+    for node in np.flatnonzero(delays).tolist():
+        rows[PREDICTION, 0, DELAY, node] = delayed(run.time, prediction, float(delays[node]))
     return rows
 
 
 def inputs_at(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:
     """What acts on the carrier at some samples of a run."""
-    names = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
-    return replace(inputs, **{name: getattr(inputs, name)[samples] for name in names})
+    return replace(inputs, **{name: getattr(inputs, name)[samples] for name in _INPUTS})

@@ -10,12 +10,12 @@ one constant, in every run alike. The products are of those.
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
@@ -28,7 +28,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     groups_of_runs,
     some_samples,
 )
-from carrierflex.diagnosis.comparison.problem import Segment
+from carrierflex.diagnosis.comparison.problem import ComplexArray, FloatArray, IntArray, Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
@@ -36,8 +36,6 @@ from carrierflex.identification.campaign.order_analysis import OrderFit, highest
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 #: Length of a column of unit length that must lie off the others for it to be in the basis: those
 #: that stand far off first, so that the weights of the rest are small. What is a combination misses
 #: by rounding, 1e-13.
@@ -49,7 +47,6 @@ _LARGEST_MISS = 1e-10
 #: Samples at which the columns are compared, over all runs, and fewest of a run.
 _SAMPLES = 2000
 _FEWEST = 12
-ComplexArray = NDArray[np.complex128]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 MOST_BLOCKS = 12
@@ -57,23 +54,17 @@ MOST_BLOCKS = 12
 #: a whole diagnosis, beyond which a campaign is refused.
 _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
-#: Bytes of the program itself, and of what works on records and products: an estimate.
-_PROGRAM = 300_000_000
-_AT_WORK = 800_000_000
+#: Bytes of the program itself and of what works on records and products: an estimate.
+_PROGRAM = 1_100_000_000
 #: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
-#: Bytes of order amplitudes up to which those of the basis are stored.
-_AMPLITUDE_BYTES = 50_000_000
-#: Bytes of products that are unpacked at once.
-_AT_ONCE = 50_000_000
+#: Bytes of an array that is in memory at once: order amplitudes of the basis, unpacked products,
+#: and those of a slice of the runs for a usual set of so many columns. Weights of a slice, their
+#: derivatives and what works on them are some four times as large. Bytes that are stored.
+_AT_ONCE, _STORED_BYTES = 50_000_000, 100_000_000
+_USUAL_COLUMNS = 40
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
-#: Bytes of products of columns in a slice of the runs, for a usual set of so many columns, and of
-#: those that are stored. Weights of a slice, their derivatives and what works on them are some four
-#: times as large.
-_SLICE_BYTES = 50_000_000
-_USUAL_COLUMNS = 40
-_STORED_BYTES = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,21 +102,18 @@ def _column_basis(
 ) -> _ColumnBasis:
     """Basis of the columns of every sensor at some samples of all runs."""
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
-    members = []
-    of_channels = []
-    largest = []
+    members, of_channels, largest = [], [], []
     # Channel by channel: the columns of all of them are several times the records.
-    some = some_samples(runs, source, n_samples)
+    rows_at = some_samples(runs, source, n_samples)
     n_effects = columns_of_campaign(runs[0], channels[0], source).flexible.start - 1
     for channel in channels:
-        table = some.rows(channel)
+        table = rows_at(channel)
         table = table[:, np.isfinite(table).all(axis=0)]
         chosen, combinations = _combinations(table, n_effects)
         members.append(chosen)
         of_channels.append(combinations)
         largest.append(np.abs(table).max(axis=1, initial=0.0))
-    size = max(chosen.size for chosen in members)
-    weights = np.zeros((len(channels), len(largest[0]), size))
+    weights = np.zeros((len(channels), len(largest[0]), max(chosen.size for chosen in members)))
     for c, combinations in enumerate(of_channels):
         weights[c, :, : combinations.shape[1]] = combinations
     return _ColumnBasis(tuple(members), weights, np.array(largest))
@@ -214,6 +202,10 @@ class CarrierSums:
     #: Mean torque [N m] and radial load [N] along y and z of every revolution, shape (R, 3)
     loads: FloatArray
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the products that are stored."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
     @property
     def nbytes(self) -> int:
         """Bytes of the products."""
@@ -243,21 +235,56 @@ class CarrierSums:
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
 
-    def segments_of_run(self, run: int) -> slice:
-        """Segments of a run."""
-        first, end = np.searchsorted(self.run_of_segment, [run, run + 1])
+    def segments_of(self, runs: slice) -> slice:
+        """Segments of some neighbouring runs."""
+        first, end = np.searchsorted(self.run_of_segment, [runs.start, runs.stop])
         return slice(int(first), int(end))
 
-    def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
-        """Products of the target and the basis, shape (n_groups, C, 1 + b, 1 + b).
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Runs whose weights and products are in memory at once; a usual campaign is one slice."""
+        n_runs = int(self.run_of_segment[-1]) + 1
+        usual_bytes = 8 * self.counts.size * _USUAL_COLUMNS**2
+        n_slices = min(-(-usual_bytes // _AT_ONCE), n_runs)
+        edges = np.linspace(0, n_runs, n_slices + 1).astype(int).tolist()
+        return tuple(slice(first, end) for first, end in pairwise(edges))
 
-        Summed over groups of neighbours among some segments, whose `first` ones are given.
+    def run_in_slice(self, runs: slice) -> IntArray:
+        """Number of the run of every segment of a slice, counted in the slice."""
+        return self.run_of_segment[self.segments_of(runs)] - runs.start
+
+    def gram_of_slice(self, columns: IntArray, runs: slice) -> FloatArray:
+        """Products of some columns by segment of a slice and channel, for the next step of a fit.
+
+        Those that fit in memory are stored, shape (P, C, u, u).
         """
+        return self._stored.of(
+            "segments", columns, runs, lambda: self.gram(columns, self.segments_of(runs))
+        )
+
+    def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
+        """The same by run of a slice."""
+        run_of_segment = self.run_in_slice(runs)
+        first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
+        if first.size == run_of_segment.size:
+            return self.gram_of_slice(columns, runs)
+        return self._stored.of(
+            "runs",
+            columns,
+            runs,
+            lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0),
+        )
+
+    @cached_property
+    def _stored(self) -> "_StoredProducts":
+        return _StoredProducts()
+
+    def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
+        """Products of target and basis over groups of segments, (n_groups, C, 1 + b, 1 + b)."""
         stored = np.add.reduceat(self.products[segments], first, axis=0)
         target = np.add.reduceat(self.target[segments], first, axis=0)
-        every = np.arange(self.basis.size)
-        result = np.zeros((*stored.shape[:2], every.size + 1, every.size + 1))
-        result[..., 1:, 1:] = stored[..., self.triangle(every[:, None], every)]
+        result = np.zeros((*stored.shape[:2], *2 * (self.basis.size + 1,)))
+        result[..., 1:, 1:] = stored[..., self._square]
         for c, members in enumerate(self.basis.members):
             with_target = target[:, c, np.append(0, 1 + members)]
             result[:, c, 0, : 1 + members.size] = with_target
@@ -270,13 +297,8 @@ class CarrierSums:
         return np.hstack([weights[:, :1], weights[:, 1:] @ of_columns])
 
     def with_target(self, columns: IntArray, weights: FloatArray) -> "CarrierSums":
-        """Sums of the same record, its target replaced by a combination of columns.
-
-        The `columns` (target first) are weighted by run and channel, shape (n_runs, C, u); zero for
-        the target.
-        """
-        every = np.arange(self.basis.size)
-        triangle = self.triangle(every[:, None], every)
+        """Sums whose target is a sum of columns by weights of shape (n_runs, C, u)."""
+        triangle = self._square
         of_columns = self.basis.weights[:, columns[1:] - 1]
         target = np.empty_like(self.target)
         for p, run in enumerate(self.run_of_segment):
@@ -288,6 +310,12 @@ class CarrierSums:
         n_turns, n_channels, _, n_orders = self.amplitudes.shape
         no_orders = np.broadcast_to(np.complex128(np.nan), (n_turns, n_channels, 1, n_orders))
         return replace(self, target=target, amplitudes=no_orders)
+
+    @property
+    def _square(self) -> IntArray:
+        """Numbers of the products of all columns of the basis in their triangle, shape (b, b)."""
+        every = np.arange(self.basis.size)
+        return self.triangle(every[:, None], every)
 
     def triangle(self, rows: IntArray, columns: IntArray) -> IntArray:
         """Numbers of the products of columns of the basis in their triangle."""
@@ -335,7 +363,7 @@ def _filled(
     n_channels = len(campaign.channels)
     shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
     n_orders = highest_order(source.rig.n_planets) + 1
-    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AMPLITUDE_BYTES
+    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AT_ONCE
     n_signals = 1 + basis.size * bool(stores_basis)
     sums = CarrierSums(
         index=index,
@@ -360,7 +388,10 @@ def _filled(
 def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    needed = _needed_memory(campaign, index.size, n_basis)
+    records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
+    n_stored = n_basis * (n_basis + 1) // 2 + index.size
+    # Lines beside the orders are taken out of a copy of the records.
+    needed = _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored
     if needed > _MOST_MEMORY:
         raise ValueError(
             f"{n_runs} runs of {n_channels} channels: a diagnosis takes {needed / 1e9:.1f} GB of "
@@ -371,15 +402,6 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     n_columns = index.flexible.start
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
     return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
-
-
-def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
-    """Bytes that a diagnosis takes at most: program, records, products, and what works on them."""
-    n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
-    n_stored = n_basis * (n_basis + 1) // 2 + n_columns
-    # Lines beside the orders are taken out of a copy of the records.
-    return _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored + _AT_WORK
 
 
 def _fill(
@@ -429,10 +451,7 @@ def _fill_amplitudes(
     fits: dict[int, OrderFit],
     at: tuple[int, int],
 ) -> None:
-    """Fill the orders of some rows by revolution, and what is left of the target about its own.
-
-    `at` are the first revolution among all and the channel.
-    """
+    """Fill the orders of some rows, and what is left of the target, from revolution and channel."""
     turn, c = at
     highest = sums.amplitudes.shape[-1] - 1
     for r, revolution in enumerate(block.revolutions, start=turn):
@@ -453,87 +472,17 @@ def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     return np.maximum((products * residual).sum(axis=-1), 0.0)
 
 
-class _StoredProducts:
+class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]):
     """Products by name, columns and first run, the last used of them up to a limit of bytes."""
-
-    def __init__(self) -> None:
-        self._products: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
-        self._n_bytes = 0
 
     def of(
         self, name: str, columns: IntArray, runs: slice, make: Callable[[], FloatArray]
     ) -> FloatArray:
         """Products that are stored, or made and stored."""
         key = (name, tuple(columns.tolist()), int(runs.start))
-        if key in self._products:
-            self._products.move_to_end(key)
-            return self._products[key]
-        made = make()
-        self._products[key] = made
-        self._n_bytes += made.nbytes
-        while self._n_bytes > _STORED_BYTES and len(self._products) > 1:
-            self._n_bytes -= self._products.popitem(last=False)[1].nbytes
-        return made
-
-
-@dataclass(frozen=True, eq=False)
-class RunSlices:
-    """Slices of the runs whose weights and products are in memory at once, P segments each.
-
-    A usual campaign is one slice. Products are stored for the next step of a fit as long as they
-    fit.
-    """
-
-    records: CarrierSums  # Sums over the records
-    n_runs: int  # Runs
-
-    @cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """Runs of every slice."""
-        usual_bytes = 8 * self.records.counts.size * _USUAL_COLUMNS**2
-        n_slices = min(-(-usual_bytes // _SLICE_BYTES), self.n_runs)
-        edges = np.linspace(0, self.n_runs, n_slices + 1).astype(int).tolist()
-        return tuple(slice(first, end) for first, end in pairwise(edges))
-
-    def segments(self, runs: slice) -> slice:
-        """Segments of the runs of a slice."""
-        first, end = np.searchsorted(self.records.run_of_segment, [runs.start, runs.stop])
-        return slice(int(first), int(end))
-
-    def run_of_segment(self, runs: slice) -> IntArray:
-        """Number of the run of every segment of a slice, counted in the slice."""
-        return self.records.run_of_segment[self.segments(runs)] - runs.start
-
-    def gram(self, columns: IntArray, runs: slice) -> FloatArray:
-        """Products of some columns by segment of a slice and channel, shape (P, C, u, u)."""
-        return self._stored.of(
-            "segments", columns, runs, lambda: self.records.gram(columns, self.segments(runs))
-        )
-
-    def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
-        """Products of some columns by run of a slice and channel."""
-        run_of_segment = self.run_of_segment(runs)
-        first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
-        if first.size == run_of_segment.size:
-            return self.gram(columns, runs)
-        return self._stored.of(
-            "runs", columns, runs, lambda: np.add.reduceat(self.gram(columns, runs), first, axis=0)
-        )
-
-    def values(
-        self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
-    ) -> tuple[IntArray, FloatArray]:
-        """Numbers of the columns in use and their weights in all runs, shape (n_runs, C, u).
-
-        `weights_in` gives the same for the runs of a slice.
-        """
-        tables = [(runs, *weights_in(runs)) for runs in self.slices]
-        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
-        values = np.zeros((self.n_runs, self.records.counts.shape[1], columns.size))
-        for runs, used, of_slice in tables:
-            values[runs, :, np.searchsorted(columns, used)] = of_slice
-        return columns, values
-
-    @cached_property
-    def _stored(self) -> _StoredProducts:
-        return _StoredProducts()
+        if key not in self:
+            self[key] = make()
+        self.move_to_end(key)
+        while len(self) > 1 and sum(one.nbytes for one in self.values()) > _STORED_BYTES:
+            self.popitem(last=False)
+        return self[key]

@@ -15,22 +15,19 @@ from itertools import combinations
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
+from carrierflex.diagnosis.carrier.classes.answer import ANGLE, CLASS_OF_LAW, DELAY, GAIN, ZERO
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.carrier.measured_laws import rim_patterns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.rim import inputs_of_columns
 
-FloatArray = NDArray[np.float64]
-
-#: Fault of the measurement, not of the machine.
-MEASUREMENT = "measurement"
+#: Faults of the measurement, not of the machine.
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
-GAIN, ZERO, ANGLE = "channel/gain", "channel/zero", "channel/angle"
-CLOCK, ONE_CHANNEL = "clock/delay", "channel/other"
+ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
 #: Patterns of waves whose sizes know no ratio.
 _OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
@@ -40,8 +37,6 @@ _OPEN_SHARE = 0.03
 _TIE = 2.0 * np.log(100.0)
 #: Costs that differ by less are equal.
 _ROUNDING = 1e-6
-#: Share of the change's mean square that a class explains at least, as a diagnosis asks of it.
-_NAMED_SHARE = 0.8
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
 #: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
@@ -81,27 +76,10 @@ def named_change(
     before: FloatArray,
     loads: FloatArray,
 ) -> ChangeClass:
-    """Name the class of a change.
+    """Cheapest hypothesis on the class of a change, or that none explains enough.
 
-    Parameters
-    ----------
-    change : ndarray, shape (p, C)
-        D [m].
-    n : int
-        Revolutions after it.
-    noise : RevolutionNoise
-        Noise of a revolution.
-    baseline : RimBaseline
-        Sensors, and effects that the baseline holds.
-    before : ndarray, shape (p, C)
-        Vector of the measured signals without the change [m].
-    loads : ndarray, shape (4,)
-        Mean loads after it, as of a revolution.
-
-    Returns
-    -------
-    ChangeClass
-        The cheapest hypothesis, or that none explains enough.
+    `change` is D, `n` are the revolutions after it; `before` is the vector of the measured signals
+    without the change [m], shape (p, C); `loads` are the mean loads after it, as of a revolution.
     """
     W = _whitening(change, n, noise)
     target = np.einsum("kcd,kd->kc", W, change).ravel()
@@ -109,7 +87,8 @@ def named_change(
     for one in _hypotheses(baseline, before, loads):
         B = np.einsum("kcd,qkd->qkc", W, one.columns).reshape(len(one.columns), -1).T
         a = _amplitudes(B, target, is_sparse=one.is_sparse)
-        if not _is_possible(one, a):
+        # Exchanged signals are exchanged as a whole.
+        if one.id == EXCHANGED and abs(float(a[0]) / one.length - 1.0) >= _NEAR:
             continue
         n_columns = np.count_nonzero(a)
         cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
@@ -118,7 +97,7 @@ def named_change(
         if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
             costs[one.id] = (cost, one, share, a)
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
-    if share < _NAMED_SHARE:
+    if share < 1.0 - ClassConstants().named_left:
         return ChangeClass(NO_CLASS, (), False, (), "", None, share)
     ties = [
         name
@@ -154,11 +133,6 @@ def _amplitudes(B: FloatArray, target: FloatArray, *, is_sparse: bool) -> FloatA
     result = np.zeros_like(a)
     result[used] = np.linalg.lstsq(B[:, used], target, rcond=None)[0]
     return result
-
-
-def _is_possible(one: _Hypothesis, a: FloatArray) -> bool:
-    """Whether exchanged signals are exchanged as a whole."""
-    return one.id != EXCHANGED or abs(float(a[0]) / one.length - 1.0) < _NEAR
 
 
 def _fault_by_factor(one: _Hypothesis, a: FloatArray) -> str:
@@ -216,15 +190,23 @@ def _hypotheses(
     yield from _faults(baseline, before)
 
 
-def _faults(baseline: RimBaseline, before: FloatArray) -> Iterator[_Hypothesis]:
+def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
     """What a channel, a pair of channels or the clock does to the signals as they were."""
     p, C = before.shape
     slope = _slope(before)
     constant = np.zeros((p, C))
     constant[0] = 1.0
-    length = float(np.linalg.norm(slope))
-    if length:
-        yield _Hypothesis(CLOCK, slope[None] / length, length=length)
+
+    def add(name: str, vector: FloatArray, names: tuple[str, ...], *others: FloatArray) -> None:
+        """Add a fault of a known vector, which must not be zero, and further columns."""
+        length = float(np.linalg.norm(vector))
+        if length:
+            faults.append(
+                _Hypothesis(name, np.stack([vector / length, *others]), names, "", length)
+            )
+
+    faults: list[_Hypothesis] = []
+    add(DELAY, slope, ())
     for c, channel in enumerate(baseline.channels):
         only = np.zeros(C)
         only[c] = 1.0
@@ -232,23 +214,18 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> Iterator[_Hypothesis]:
         waves[0] = 0.0
         zero = constant * only
         names = (channel.name,)
-        yield _Hypothesis(ZERO, zero[None], names)
+        faults.append(_Hypothesis(ZERO, zero[None], names))
         rows = np.zeros((p, p, C))
         rows[np.arange(p), np.arange(p), c] = 1.0
-        yield _Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True)
-        for name, vector in ((GAIN, waves), (ANGLE, slope * only)):
-            length = float(np.linalg.norm(vector))
-            if length:
-                columns = np.stack([vector / length, zero])
-                yield _Hypothesis(name, columns, names, length=length)
+        faults.append(_Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True))
+        add(GAIN, waves, names, zero)
+        add(ANGLE, slope * only, names, zero)
     for first, second in combinations(range(C), 2):
         exchanged = before.copy()
         exchanged[:, [first, second]] = before[:, [second, first]]
-        vector = exchanged - before
-        length = float(np.linalg.norm(vector))
-        if length:
-            both = (baseline.channels[first].name, baseline.channels[second].name)
-            yield _Hypothesis(EXCHANGED, vector[None] / length, both, length=length)
+        both = (baseline.channels[first].name, baseline.channels[second].name)
+        add(EXCHANGED, exchanged - before, both)
+    return faults
 
 
 def _slope(vector: FloatArray) -> FloatArray:
@@ -296,11 +273,7 @@ def _turn(loads: FloatArray) -> dict[str, FloatArray]:
 def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:
     """Vectors of the unit signals of an effect, shape (q, p, C)."""
     effect, inputs = baseline.effects[name], inputs_of_columns(turn)
-    signals = np.array(
-        [
-            effect.signals(baseline.sensor(channel), inputs, baseline.rig)
-            for channel in baseline.channels
-        ]
-    )
+    sensors = [baseline.sensor(channel) for channel in baseline.channels]
+    signals = np.array([effect.signals(sensor, inputs, baseline.rig) for sensor in sensors])
     angle = turn["carrier_angle"]
     return np.array([baseline.vectors(angle, of_unit)[0] for of_unit in signals.swapaxes(0, 1)])

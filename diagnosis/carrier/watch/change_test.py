@@ -42,9 +42,8 @@ References
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 
 #: Revolutions over which d is averaged, chosen: a large change shows in the first window, a small
 #: one in the last.
@@ -67,53 +66,25 @@ _FOLLOWED, _FOLLOWS, _FASTER = 1, 1.0 / 64.0, 2.0
 
 @dataclass(frozen=True, eq=False)
 class RevolutionNoise:
-    """Mean and noise of the vectors of a learning period.
+    """Mean and noise of the vectors of a learning period."""
 
-    Parameters
-    ----------
-    mean : ndarray, shape (p, C)
-        m.
-    memory : ndarray, shape (p,)
-        Upper bound of phi.
-    covariance : ndarray, shape (p, C, C)
-        Upper bound of Sigma.
-    """
-
-    mean: FloatArray
-    memory: FloatArray
-    covariance: FloatArray
+    mean: FloatArray  # m, shape (p, C)
+    memory: FloatArray  # Upper bound of phi, shape (p,)
+    covariance: FloatArray  # Upper bound of Sigma, shape (p, C, C)
 
     def variance_along(self, direction: FloatArray, n: int) -> float:
-        """Variance of the mean of n revolutions along a unit vector, shape (p, C).
-
-        ``<v, Sigma v> / n`` with ``v = direction / (1 - phi)``.
-        """
+        """Variance ``<v, Sigma v> / n`` of a mean, ``v = direction / (1 - phi)``."""
         v = direction / (1.0 - self.memory[:, None])
         return float(np.einsum("kc,kcd,kd", v, self.covariance, v)) / n
 
 
 def learned_noise(vectors: FloatArray) -> RevolutionNoise:
-    """Mean of a learning period, and bounds of the noise of every turbine.
+    """Mean of a learning period, and bounds of the noise, of vectors of shape (n, p, C) in a row.
 
     phi is the correlation of neighbours over all channels of a row, corrected for its bias [5], and
-    two standard deviations more. Sigma is the mean square of ``x_n - phi x_(n-1)``, divided by
-    ``(1 - sqrt(C / n) - t / sqrt(n))²``: with a probability of one in 1000 the true one is
-    larger along any direction of any row [4].
-
-    Parameters
-    ----------
-    vectors : ndarray, shape (n, p, C)
-        Vectors of n revolutions in a row.
-
-    Returns
-    -------
-    RevolutionNoise
-        Mean and bounds.
-
-    Raises
-    ------
-    ValueError
-        Where there are fewer than 100 revolutions.
+    two standard deviations more. Sigma is the mean square of ``x_n - phi x_(n-1)``, divided by ``(1
+    - sqrt(C / n) - t / sqrt(n))²``: with a probability of one in 1000 the true one is larger along
+    any direction of any row [4]. ValueError where there are fewer than 100 revolutions.
     """
     n, p, C = vectors.shape
     if n < LEAST_LEARNED:
@@ -137,24 +108,12 @@ def learned_noise(vectors: FloatArray) -> RevolutionNoise:
 
 @dataclass(frozen=True, eq=False)
 class DetectorState:
-    """What the test of B streams carries from one revolution to the next.
+    """What the test of B streams carries from one revolution to the next."""
 
-    Parameters
-    ----------
-    last : ndarray, shape (B, p, C)
-        x of the revolution before; not a number after a gap.
-    estimate : ndarray, shape (B, W, p, C)
-        d of every window.
-    sums : ndarray, shape (B, W)
-        S.
-    offset : ndarray, shape (B,)
-        Offset of the nuisance that is followed.
-    """
-
-    last: FloatArray
-    estimate: FloatArray
-    sums: FloatArray
-    offset: FloatArray
+    last: FloatArray  # x of the revolution before; not a number after a gap, shape (B, p, C)
+    estimate: FloatArray  # d of every window, shape (B, W, p, C)
+    sums: FloatArray  # S, shape (B, W)
+    offset: FloatArray  # Offset of the nuisance that is followed, shape (B,)
 
     @property
     def evidence(self) -> FloatArray:
@@ -165,31 +124,16 @@ class DetectorState:
 
 @dataclass(frozen=True, eq=False)
 class ChangeTest:
-    """The test of B streams, alike but for their noise.
+    """The test of B streams, alike but for their noise."""
 
-    Parameters
-    ----------
-    memory : ndarray, shape (B, p)
-        phi.
-    covariance : ndarray, shape (B, p, C, C)
-        Sigma.
-    dead_band : ndarray, shape (B,)
-        delta, in the unit of the vectors.
-    threshold : float
-        h.
-    nuisance : ndarray, shape (p, C)
-        Unit vector along which a slow drift is followed and no change (daily temperature); zero
-        where there is none.
-    drift : ndarray, shape (B,)
-        Largest drift that is followed, per revolution.
-    """
-
-    memory: FloatArray
-    covariance: FloatArray
-    dead_band: FloatArray
-    threshold: float
+    memory: FloatArray  # phi, shape (B, p)
+    covariance: FloatArray  # Sigma, shape (B, p, C, C)
+    dead_band: FloatArray  # delta, in the unit of the vectors, shape (B,)
+    threshold: float  # h
+    #: Unit vector along which a slow drift is followed and no change (daily temperature); zero
+    #: where there is none, shape (p, C)
     nuisance: FloatArray
-    drift: FloatArray
+    drift: FloatArray  # Largest drift that is followed, per revolution, shape (B,)
 
     def begin(self) -> DetectorState:
         """State before the first revolution."""
@@ -203,15 +147,7 @@ class ChangeTest:
         )
 
     def advanced(self, state: DetectorState, x: FloatArray) -> DetectorState:
-        """State after the next revolution.
-
-        Parameters
-        ----------
-        state : DetectorState
-            State before it.
-        x : ndarray, shape (B, p, C)
-            Its vectors less their means.
-        """
+        """State after the next revolution, of vectors `x` less their means, shape (B, p, C)."""
         x = x - state.offset[:, None, None] * self.nuisance
         sums = np.maximum(state.sums, 0.0)
         size = np.sqrt(np.einsum("bwkc,bwkc->bw", state.estimate, state.estimate))
@@ -228,9 +164,7 @@ class ChangeTest:
         step = np.clip(_FOLLOWS * along, -most, most)
         return DetectorState(x, estimate, sums, state.offset + step)
 
-    def _without_noise(
-        self, d: FloatArray, b: NDArray[np.int64], w: NDArray[np.int64]
-    ) -> FloatArray:
+    def _without_noise(self, d: FloatArray, b: IntArray, w: IntArray) -> FloatArray:
         """Estimates d less what noise makes of them, by component: ``d max(1 - 2 var / d², 0)``.
 
         ``var = Sigma_cc / (1 - phi)² / (2 w - 1)`` is the variance of a mean over a window w.
@@ -242,9 +176,7 @@ class ChangeTest:
         share = np.maximum(d**2 - 2.0 * variance, 0.0) / np.maximum(d**2, np.finfo(float).tiny)
         return np.asarray(share * d)
 
-    def _growth(
-        self, last: FloatArray, x: FloatArray, d: FloatArray, b: NDArray[np.int64]
-    ) -> FloatArray:
+    def _growth(self, last: FloatArray, x: FloatArray, d: FloatArray, b: IntArray) -> FloatArray:
         """``ln e_n``, shape (m,), of m streams and windows whose estimate is beyond delta."""
         phi, Sigma, delta = self.memory[b][..., None], self.covariance[b], self.dead_band[b]
         size = np.sqrt(np.einsum("mkc,mkc->m", d, d))
@@ -263,19 +195,10 @@ def threshold_of(revolutions_a_day: float, false_alarms_a_day: float) -> float:
 
 
 def change_point(vectors: FloatArray, direction: FloatArray, size: float) -> int:
-    """Number of the first revolution after a change of a known size.
+    """Number of the first revolution after a step of a known size along a unit vector.
 
     The arg max over k of the likelihood of a step at k: ``sum_(i >= k) (<direction, x_i> - size /
-    2)``.
-
-    Parameters
-    ----------
-    vectors : ndarray, shape (n, p, C)
-        The last revolutions, the latest one after the change.
-    direction : ndarray, shape (p, C)
-        Unit vector of the change.
-    size : float
-        Size of the step.
+    2)``; `vectors`, shape (n, p, C), are the last revolutions, the latest one after the step.
     """
     along = np.einsum("nkc,kc->n", vectors, direction) - 0.5 * size
     return int(vectors.shape[0] - 1 - np.argmax(np.cumsum(along[::-1])))

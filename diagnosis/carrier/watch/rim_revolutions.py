@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
 from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, TOLERANCES, Channel
@@ -28,7 +28,6 @@ from carrierflex.simulation.carrier.rim import (
     inputs_of_columns,
 )
 
-FloatArray = NDArray[np.float64]
 Columns = Mapping[str, FloatArray]
 
 #: A channel without a change for this share of a revolution, or with more missing, is silent.
@@ -41,46 +40,24 @@ MOST_SAMPLES = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class Revolution:
-    """One whole turn, reduced; p rows of orders, C channels.
+    """One whole turn, reduced; p rows of orders, C channels."""
 
-    Parameters
-    ----------
-    start, end : float
-        First and last time [s].
-    residual, predicted : ndarray, shape (p, C)
-        Vectors of measured less predicted, and of predicted [m]; zero of a silent channel.
-    scatter : ndarray, shape (C,)
-        Mean square of the samples about the orders [m²].
-    is_silent : ndarray of bool, shape (C,)
-        Channels that are constant or missing.
-    loads : ndarray, shape (4,)
-        Mean torque [N m], radial load along y and z [N]; speed [rad/s].
-    """
-
-    start: float
-    end: float
-    residual: FloatArray
-    predicted: FloatArray
-    scatter: FloatArray
-    is_silent: NDArray[np.bool_]
-    loads: FloatArray
+    start: float  # First time [s]
+    end: float  # Last time [s]
+    residual: FloatArray  # Vector of measured less predicted [m], zero if silent, shape (p, C)
+    predicted: FloatArray  # Vector of predicted [m], shape (p, C)
+    scatter: FloatArray  # Mean square of the samples about the orders [m²], shape (C,)
+    is_silent: BoolArray  # Channels that are constant or missing, shape (C,)
+    loads: FloatArray  # Mean torque [N m], radial load along y and z [N]; speed [rad/s], shape (4,)
 
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """One effect of the baseline with its identified values.
+    """One effect of the baseline with its identified values."""
 
-    Parameters
-    ----------
-    effect : Effect
-        Effect.
-    coefficients, shapes : tuple of float
-        Values of its signals, and of its shapes.
-    """
-
-    effect: Effect
-    coefficients: tuple[float, ...]
-    shapes: tuple[float, ...] = ()
+    effect: Effect  # Effect
+    coefficients: tuple[float, ...]  # Values of its signals
+    shapes: tuple[float, ...] = ()  # Values of its shapes
 
     def signal(self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
         """Its signal at a sensor [m], shape (n,)."""
@@ -90,37 +67,19 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class RimBaseline:
-    """A diagnosed baseline: what it predicts at the sensors.
+    """A diagnosed baseline: what it predicts at the sensors."""
 
-    Parameters
-    ----------
-    channels : tuple of Channel
-        Sensors at the rim.
-    rig : CarrierRig
-        Rig and curves.
-    effects : mapping of str to Effect
-        The library.
-    terms : tuple of Term
-        Effects of the baseline, and named ones, with their values. Offsets of single runs are none
-        of them: a learning period has its own.
-    has_predictions : bool
-        Whether another simulator's prediction is among the columns.
-    gains, moves : mapping of str to float
-        Errors that the diagnosis named, by channel: of the gain, of the angle [rad].
-    delay : float
-        Delay of all channels [s].
-    unknown : tuple of str
-        Parameters that the diagnosis could not determine; they are zero.
-    """
-
-    channels: tuple[Channel, ...]
-    rig: CarrierRig
-    effects: Mapping[str, Effect]
+    channels: tuple[Channel, ...]  # Sensors at the rim
+    rig: CarrierRig  # Rig and curves
+    effects: Mapping[str, Effect]  # The library
+    #: Effects of the baseline, and named ones, with their values. Offsets of single runs are none
+    #: of them: a learning period has its own
     terms: tuple[Term, ...]
-    has_predictions: bool = False
-    gains: Mapping[str, float] = field(default_factory=dict)
-    moves: Mapping[str, float] = field(default_factory=dict)
-    delay: float = 0.0
+    has_predictions: bool = False  # Whether another simulator's prediction is among the columns
+    gains: Mapping[str, float] = field(default_factory=dict)  # Named errors of gains by channel
+    moves: Mapping[str, float] = field(default_factory=dict)  # The same of angles [rad]
+    delay: float = 0.0  # Delay of all channels [s]
+    #: Parameters that the diagnosis could not determine; they are zero
     unknown: tuple[str, ...] = ()
 
     @property
@@ -158,13 +117,6 @@ class RimBaseline:
         """Vectors of m signals over one turn, shape (p, m), and their scatter, shape (m,).
 
         Least squares on ``1, cos n theta, sin n theta`` of the samples that are present.
-
-        Parameters
-        ----------
-        angle : ndarray, shape (n,)
-            Carrier angle [rad].
-        signals : ndarray, shape (m, n)
-            Signals [m].
         """
         phase = np.outer(angle, np.arange(1, self.n_orders + 1))
         A = np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
@@ -183,17 +135,9 @@ class RimBaseline:
         return a * _row_scale(*self.shape), scatter
 
     def revolution(self, columns: Columns) -> Revolution | None:
-        """Reduce the samples of one turn.
+        """Reduce the samples of one turn, with predictions where they are another simulator's.
 
-        Parameters
-        ----------
-        columns : mapping of str to ndarray, shape (n,)
-            Time, inputs, channels and, where the baseline is another simulator's, predictions.
-
-        Returns
-        -------
-        Revolution or None
-            None where samples leave too large a gap in the turn for the highest order.
+        None where samples leave too large a gap in the turn for the highest order.
         """
         time, angle = columns["time"], columns["carrier_angle"]
         if angle.size < 2 * self.shape[0] or too_sparse(angle, self.n_orders):
@@ -220,7 +164,7 @@ class RimBaseline:
             loads=np.array([*loads, speed]),
         )
 
-    def _silent(self, angle: FloatArray, signals: FloatArray) -> NDArray[np.bool_]:
+    def _silent(self, angle: FloatArray, signals: FloatArray) -> BoolArray:
         """Channels that are constant for a part of the turn, or missing, shape (C,)."""
         n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
         if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
@@ -317,27 +261,10 @@ def rim_baseline(
     curves: Mapping[str, DeflectionCurve],
     diagnosis: Mapping[str, Any],
 ) -> RimBaseline:
-    """Baseline with the values that a diagnosis identified.
+    """Baseline with the values that a diagnosis (content of diagnosis.json) identified.
 
-    Parameters
-    ----------
-    header : CampaignHeader
-        Campaign that was diagnosed.
-    curves : mapping of str to DeflectionCurve
-        Its deflection curves.
-    diagnosis : mapping
-        Content of diagnosis.json.
-
-    Returns
-    -------
-    RimBaseline
-        What it predicts.
-
-    Raises
-    ------
-    ValueError
-        Where the kind, the baseline or a named effect is one that is not evaluated sample by
-        sample.
+    ValueError where the kind, the baseline or a named effect is one that is not evaluated sample by
+    sample.
     """
     if diagnosis.get("kind") != "carrier":
         raise ValueError(

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.watch.change_test import DetectorState, RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
-from carrierflex.diagnosis.carrier.watch.turbine_watch import (
-    Alarm,
-    TurbineWatch,
-    WatchOptions,
-)
+from carrierflex.diagnosis.carrier.watch.turbine_watch import Alarm, TurbineWatch, WatchOptions
 from carrierflex.files.archives import DAMAGED_ARCHIVE
 from carrierflex.files.json_files import plain
 from carrierflex.files.shown_values import shortened, shown
@@ -31,17 +27,7 @@ _BAD = (*DAMAGED_ARCHIVE, ValueError, TypeError, ArithmeticError, RuntimeError, 
 
 
 def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
-    """Write the state, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File (.npz).
-    watch : TurbineWatch
-        Watch.
-    key : str
-        What the watch is of: baseline and options.
-    """
+    """Write the state, whole or not at all; `key` says of what baseline and options it is."""
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -67,11 +53,8 @@ def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
 def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: str) -> TurbineWatch:
     """Watch as it was when its state was written.
 
-    Raises
-    ------
-    ValueError
-        Where the file is no state, damaged, of a newer version, or of another baseline or other
-        options.
+    ValueError where the file is no state, damaged, of a newer version, or of another baseline or
+    other options.
     """
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:

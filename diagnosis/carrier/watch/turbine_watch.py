@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass, named_change
 from carrierflex.diagnosis.carrier.watch.change_test import (
@@ -21,9 +20,8 @@ from carrierflex.diagnosis.carrier.watch.change_test import (
     threshold_of,
 )
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import Revolution, RimBaseline
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
 from carrierflex.identification.estimation.resampling import NORMAL_95
-
-FloatArray = NDArray[np.float64]
 
 #: Revolutions after an alarm that become the new reference.
 SETTLING = 50
@@ -40,26 +38,14 @@ READS_AGAIN = "channel_reads_again"
 
 @dataclass(frozen=True)
 class WatchOptions:
-    """What decides an alarm.
+    """What decides an alarm."""
 
-    Parameters
-    ----------
-    learn : int
-        Revolutions of the learning period.
-    least : float
-        Smallest change that is looked for, in noise floors: the dead band.
-    false_alarms : float
-        Mean number of false alarms a turbine-day.
-    drift : float
-        Drift of the offset of all axial channels that is followed [noise floors an hour].
-    remaining : float
-        What the diagnosed baseline leaves above the noise [m]: no change below it is looked for.
-    """
-
-    learn: int = 200
-    least: float = 1.0
-    false_alarms: float = 1e-3
+    learn: int = 200  # Revolutions of the learning period
+    least: float = 1.0  # Smallest change that is looked for, in noise floors: the dead band
+    false_alarms: float = 1e-3  # Mean number of false alarms a turbine-day
+    #: Drift of the offset of all axial channels that is followed [noise floors an hour]
     drift: float = 5.0
+    #: What the diagnosed baseline leaves above the noise [m]: no change below it is looked for
     remaining: float = 0.0
 
 
@@ -74,7 +60,7 @@ class Regime:
     speed_range_rpm: Annotated[Sequence[float], "Least and largest speed [rpm]"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Alarm:
     """One alarm."""
 
@@ -87,31 +73,23 @@ class Alarm:
     file: Annotated[str, "File that it was raised in; empty of standard input"]
     time: Annotated[float, "End of the revolution that raised it [s]"]
     since_time: Annotated[float, "Begin of the first revolution after the change [s]"]
-    change: Annotated[ChangeClass | None, "What the change is of; null of a silent channel"]
-    size: Annotated[float | None, "RMS of the change over channels and turn [m]"]
-    size_ci95: Annotated[Sequence[float] | None, "95 % interval of the size [m]"]
-    floors: Annotated[float | None, "Size over the noise floor"]
+    change: Annotated[ChangeClass | None, "What the change is of; null of a silent channel"] = None
+    size: Annotated[float | None, "RMS of the change over channels and turn [m]"] = None
+    size_ci95: Annotated[Sequence[float] | None, "95 % interval of the size [m]"] = None
+    floors: Annotated[float | None, "Size over the noise floor"] = None
     channels: Annotated[Sequence[str], "Channels of a fault of the measurement"]
     regime: Annotated[Regime, "Loads and speed since the change"]
     before: Annotated[Regime, "Loads and speed of the revolutions before it"]
-    is_other_load: Annotated[bool, "Whether the load changed with it"]
-    evidence: Annotated[float | None, "ln of the evidence against no change"]
+    is_other_load: Annotated[bool, "Whether the load changed with it"] = False
+    evidence: Annotated[float | None, "ln of the evidence against no change"] = None
 
 
 @dataclass
 class TurbineWatch:
-    """State of a watch; `take` is its only action.
+    """State of a watch; `take` is its only action."""
 
-    Parameters
-    ----------
-    baseline : RimBaseline
-        What is predicted.
-    options : WatchOptions
-        What decides an alarm.
-    """
-
-    baseline: RimBaseline
-    options: WatchOptions
+    baseline: RimBaseline  # What is predicted
+    options: WatchOptions  # What decides an alarm
     n_revolutions: int = 0
     n_omitted: int = 0
     position: float = -np.inf
@@ -124,8 +102,8 @@ class TurbineWatch:
     alarms: list[Alarm] = field(default_factory=list)
     noise: RevolutionNoise | None = None
     state: DetectorState | None = None
-    silent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    masked: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    silent: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    masked: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     recent: dict[str, FloatArray] = field(default_factory=dict)
     n_recent: int = 0
 
@@ -150,20 +128,7 @@ class TurbineWatch:
         return self.noise is None
 
     def take(self, columns: Mapping[str, FloatArray], file: str = "") -> Alarm | None:
-        """Take the samples of the next turn.
-
-        Parameters
-        ----------
-        columns : mapping of str to ndarray
-            Samples from a splitter.
-        file : str
-            File of the last of them.
-
-        Returns
-        -------
-        Alarm or None
-            The alarm that it raises.
-        """
+        """Take the samples of the next turn, which ends in a file; the alarm that it raises."""
         self.position, self.file = float(columns["time"][-1]), file
         revolution = self.baseline.revolution(columns)
         if revolution is None:
@@ -223,7 +188,9 @@ class TurbineWatch:
         kind: Literal["silent_channel", "channel_reads_again"]
         kind = "silent_channel" if one.is_silent[turned].any() else "channel_reads_again"
         if kind == READS_AGAIN or self.is_learning:
-            self._begin_learning()
+            # A channel is another one, or is missing from now on.
+            self.noise, self.state = None, None
+            self.n_needed = self.options.learn
         before = self._regime(self._last("loads", SETTLING), one.loads)
         return Alarm(
             kind=kind,
@@ -232,25 +199,10 @@ class TurbineWatch:
             file=self.file,
             time=one.end,
             since_time=one.start - (_SILENT - 1) * 2.0 * np.pi / one.loads[3],
-            change=None,
-            size=None,
-            size_ci95=None,
-            floors=None,
             channels=names,
             regime=self._regime(one.loads[None], one.loads),
             before=before,
-            is_other_load=False,
-            evidence=None,
         )
-
-    def _begin_learning(self) -> None:
-        """Learn the noise anew: a channel is another one, or is missing from now on."""
-        self.noise, self.state = None, None
-        self.n_needed = self.options.learn
-
-    def _begin_reference(self) -> None:
-        """Take the next revolutions as the new reference."""
-        self.n_needed = SETTLING
 
     def _learned(self) -> None:
         """Count a revolution of the reference; with the last of them the test begins."""
@@ -308,7 +260,8 @@ class TurbineWatch:
         if self.state.evidence[0] < self.threshold:
             return None
         alarm = self._alarm(one, reference, float(self.state.evidence[0]))
-        self._begin_reference()
+        # The next revolutions are the new reference.
+        self.n_needed = SETTLING
         return alarm
 
     def _alarm(self, one: Revolution, reference: FloatArray, evidence: float) -> Alarm:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     NEVER,
@@ -31,9 +31,6 @@ from carrierflex.diagnosis.inference.planning.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Columns whose square is below this share of the largest do not act.
 _ABSENT = 1e-24
@@ -109,14 +106,10 @@ class PlannedTable:
         """Signatures of one effect."""
         return tuple(signature for signature in self.signatures if signature.effect == effect)
 
-    def weights(
-        self,
-        minutes: Mapping[str, float],
-        channels: Sequence[str],
-    ) -> FloatArray:
-        """How often every part is measured by runs of these lengths, over those in the table."""
-        of_run = np.array([minutes.get(name, 0.0) for name in self.run_names])
-        of_channel = np.array([float(name in channels) for name in self.channel_names])
+    def weights(self, addition: Addition) -> FloatArray:
+        """How often every part is measured with an addition, over how often in the table."""
+        of_run = np.array([addition.minutes.get(name, 0.0) for name in self.run_names])
+        of_channel = np.array([float(name in addition.channels) for name in self.channel_names])
         return np.asarray(of_run[self.runs] * of_channel[self.channels])
 
     def measured(self, weights: FloatArray, load_precision: float = np.inf) -> "_MeasuredGram":
@@ -137,12 +130,8 @@ class PlannedTable:
             products[loads, loads] += load_precision
             base = np.concatenate([base, loads])
         acts = [k for k in base.tolist() if products[k, k] > _ABSENT * np.max(products[base, base])]
-        return _MeasuredGram(
-            _projected(products, acts),
-            np.diag(products).copy(),
-            n_samples,
-            cost,
-        )
+        projected = _projected(products, acts)
+        return _MeasuredGram(projected, np.diag(products).copy(), n_samples, cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +146,16 @@ class _MeasuredGram:
     square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
     n_samples: Annotated[float, "Samples of all channels"]
     cost: Annotated[FloatArray, "Energy of an amplitude of one by its bound, shape (n,)"]
+
+    def energies(self, signature: Signature) -> tuple[float, float]:
+        """Energy of a signature's mean direction beside the baseline, and of all of it."""
+        columns = list(signature.columns)
+        return float(self.projected[columns, columns].sum()), float(self.square[columns].sum())
+
+    def shows(self, signature: Signature) -> bool:
+        """Whether the baseline leaves enough of a signature to be seen."""
+        remaining, square = self.energies(signature)
+        return remaining > Thresholds().surviving_share ** 2 * square
 
     def fitted(self, columns: list[int]) -> tuple[FloatArray, FloatArray]:
         """Normal matrix of a signature that is fitted within its bounds, and its columns' scale."""
@@ -179,8 +178,6 @@ def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
 _MARGIN = 1.1
 #: Where all that is feasible together leaves less than this share of the gap, nothing parts a pair.
 _NEVER = 0.02
-#: Share of the gap that a cause must explain to be looked at, where records say what is there.
-_EXPLAINS = 0.5
 #: Directions of a fit below this share of the clearest are left at zero.
 _DEPENDENT = 1e-9
 #: Directions of a signature that the baseline leaves less of than this share of the clearest are
@@ -217,29 +214,24 @@ def campaign_plan(
     target holds records, whose gap then says which amplitudes a cause has.
     """
     wanted = Thresholds().exchange_ratio
-    measured = table.measured(table.weights(planned.minutes, planned.channels))
+    weights = table.weights(planned)
+    measured = table.measured(weights)
     fitted = _measured_cases(table, measured) if is_measured else None
     if fitted is not None:
         gap = float(np.sqrt(measured.projected[0, 0] / measured.n_samples))
     cases = _planned_cases(table, measured, gap) if fitted is None else fitted
-    everything = table.measured(
-        table.weights(
-            {name: 1.0 for name in table.run_names},
-            table.channel_names,
-        )
-    )
+    everything = table.measured(np.ones(table.n_samples.size))
     pairs = []
     for cause in cases:
         note(f"what others make of {cause}")
         for rival in cases:
             if rival != cause:
-                pairs.append(_pair(table, (measured, everything), cases, (cause, rival), gap))
+                pairs.append(_pair(table, measured, everything, cases, cause, rival, gap))
     alike = [pair for pair in pairs if pair.state == ALIKE]
     ranked = []
     for addition in additions if alike else ():
         note(f"addition: {addition.text}")
-        enlarged = table.measured(table.weights(addition.minutes, addition.channels))
-        ranked.append(_ranked(table, enlarged, cases, alike, addition))
+        ranked.append(_ranked(table, cases, alike, addition))
     ranked.sort(key=_order)
     return CampaignPlan(
         *names,
@@ -248,7 +240,7 @@ def campaign_plan(
         is_measured=fitted is not None,
         left_wanted=wanted,
         sizes=tuple(_visible_size(table, measured, effect) for effect in table.effects),
-        hidden=_hidden_sizes(table, table.weights(planned.minutes, planned.channels)),
+        hidden=_hidden_sizes(table, weights),
         pairs=tuple(pairs),
         additions=tuple(ranked),
         costs=costs,
@@ -271,14 +263,13 @@ def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> 
     shares = []
     numbers = []
     for signature in table.of(effect):
-        columns = list(signature.columns)
-        square = float(measured.square[columns].sum())
+        remaining, square = measured.energies(signature)
         if square == 0.0:
             continue
-        remaining = max(float(measured.projected[columns, columns].sum()), 0.0)
-        energies.append(remaining / len(columns))
+        remaining = max(remaining, 0.0)
+        energies.append(remaining / len(signature.columns))
         shares.append(np.sqrt(remaining / square))
-        numbers.append(len(columns))
+        numbers.append(len(signature.columns))
     least = Thresholds().surviving_share
     surviving = float(np.median(shares)) if shares else 0.0
     sigmas = _visible_multiple(max(numbers, default=1))
@@ -313,23 +304,19 @@ def _hidden_sizes(table: PlannedTable, weights: FloatArray) -> tuple[HiddenSize,
     ]
     sizes = []
     for effect in table.effects:
-        shown = [signature for signature in table.of(effect) if _survives(grams[0], signature)]
+        shown = [signature for signature in table.of(effect) if grams[0].shows(signature)]
         if not shown:
             continue
         parameter = table.parameters[effect]
         sigmas = _visible_multiple(max(len(signature.columns) for signature in shown))
         visible_sizes = [
-            sigmas * parameter.scale / np.sqrt(np.median([_energy(gram, at) for at in shown]))
+            sigmas
+            * parameter.scale
+            / np.sqrt(np.median([gram.energies(at)[0] / len(at.columns) for at in shown]))
             for gram in grams
         ]
         sizes.append(HiddenSize(effect, parameter.name, parameter.unit, *map(float, visible_sizes)))
     return tuple(sizes)
-
-
-def _energy(measured: _MeasuredGram, signature: Signature) -> float:
-    """Energy of an effect of noticeable size, of the mean direction."""
-    columns = list(signature.columns)
-    return float(measured.projected[columns, columns].sum()) / len(columns)
 
 
 def _planned_cases(
@@ -340,16 +327,10 @@ def _planned_cases(
     cases: dict[str, list[_Case]] = {}
     for signature in table.signatures:
         directions = _visible_directions(measured, signature)
-        if len(directions) and _survives(measured, signature):
+        if len(directions) and measured.shows(signature):
             case = _Case(signature, size * directions, False)
             cases.setdefault(signature.effect, []).append(case)
     return cases
-
-
-def _survives(measured: _MeasuredGram, signature: Signature) -> bool:
-    columns = list(signature.columns)
-    square, remaining = measured.square[columns].sum(), measured.projected[columns, columns].sum()
-    return bool(remaining > Thresholds().surviving_share ** 2 * square)
 
 
 def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, list[_Case]] | None:
@@ -357,9 +338,9 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
     square = float(measured.projected[0, 0])
     fits: dict[str, list[tuple[float, _Case]]] = {}
     for signature in table.signatures:
-        columns = list(signature.columns)
-        if not _survives(measured, signature):
+        if not measured.shows(signature):
             continue
+        columns = list(signature.columns)
         gram, length = measured.fitted(columns)
         right = measured.projected[columns, 0] / length
         amplitudes = np.linalg.pinv(gram, rcond=_DEPENDENT, hermitian=True) @ right
@@ -367,10 +348,11 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
         case = _Case(signature, (amplitudes / length)[None], True)
         fits.setdefault(signature.effect, []).append((remaining, case))
     best = min((remaining for columns in fits.values() for remaining, _ in columns), default=square)
-    if best > (1.0 - _EXPLAINS) * square:
+    explains = Thresholds().explained
+    if best > (1.0 - explains) * square:
         return None
     most = best + measured.n_samples * Thresholds().exchange_ratio ** 2
-    most = min(most, (1.0 - _EXPLAINS) * square + _EXPLAINS * best)
+    most = min(most, (1.0 - explains) * square + explains * best)
     # Every shape that the records allow: one torque says nothing of the torque at which a
     # clearance closes.
     consistent = {
@@ -384,37 +366,29 @@ def _remaining_energy(
     table: PlannedTable, measured: _MeasuredGram, cases: Sequence[_Case], rival: str
 ) -> float:
     """Energy that a rival leaves of a cause, the median over the cause's variants."""
-    rivals = table.of(rival)
-    energies = []
-    for case in cases:
-        if case.is_one:
-            energies.append(_least_energy(measured, case.signature, case.directions[0], rivals))
-        else:
-            energies.append(_least_energy_of_any(measured, case.signature, case.directions, rivals))
+    energies = [_least_energy(measured, case, table.of(rival)) for case in cases]
     return float(np.median(energies))
 
 
 def _pair(
     table: PlannedTable,
-    grams: tuple[_MeasuredGram, _MeasuredGram],
+    measured: _MeasuredGram,
+    everything: _MeasuredGram,
     cases: Mapping[str, Sequence[_Case]],
-    pair: tuple[str, str],
+    cause: str,
+    rival: str,
     gap: float,
 ) -> CausePair:
-    measured, everything = grams
-    cause, rival = pair
-    remaining = np.sqrt(
-        _remaining_energy(table, measured, cases[cause], rival) / measured.n_samples
-    )
+    def remaining_in(gram: _MeasuredGram) -> float:
+        return np.sqrt(_remaining_energy(table, gram, cases[cause], rival) / gram.n_samples)
+
+    remaining = remaining_in(measured)
     size = _gap_of(measured, cases[cause])
     sine = min(1.0, remaining / size) if size > 0.0 else 0.0
     wanted = Thresholds().exchange_ratio
     state = PARTED
     if remaining < wanted:
-        most = np.sqrt(
-            _remaining_energy(table, everything, cases[cause], rival) / everything.n_samples
-        )
-        state = ALIKE if most > _NEVER * gap else NEVER
+        state = ALIKE if remaining_in(everything) > _NEVER * gap else NEVER
     return CausePair(
         cause,
         rival,
@@ -437,11 +411,11 @@ def _gap_of(measured: _MeasuredGram, cases: Sequence[_Case]) -> float:
 
 def _ranked(
     table: PlannedTable,
-    enlarged: _MeasuredGram,
     cases: Mapping[str, Sequence[_Case]],
     alike: Sequence[CausePair],
     addition: Addition,
 ) -> RankedAddition:
+    enlarged = table.measured(table.weights(addition))
     wanted = _MARGIN * Thresholds().exchange_ratio
     energies = {
         (pair.cause, pair.rival): _remaining_energy(table, enlarged, cases[pair.cause], pair.rival)
@@ -500,22 +474,14 @@ def _remainders(
     return np.array(products)
 
 
-def _least_energy(
-    measured: _MeasuredGram, cause: Signature, amplitudes: FloatArray, rivals: tuple[Signature, ...]
-) -> float:
-    """Energy that a refitted rival leaves of given amplitudes, its best variant taken."""
-    products = _remainders(measured, cause, rivals)
-    return max(0.0, float(np.einsum("i,vij,j->v", amplitudes, products, amplitudes).min()))
-
-
-def _least_energy_of_any(
-    measured: _MeasuredGram,
-    cause: Signature,
-    directions: FloatArray,
-    rivals: tuple[Signature, ...],
-) -> float:
-    """Energy that a refitted rival leaves of the amplitudes it imitates best."""
+def _least_energy(measured: _MeasuredGram, case: _Case, rivals: tuple[Signature, ...]) -> float:
+    """Energy that a refitted rival leaves of a cause: at one amplitude, or where it fits best."""
+    directions = case.directions
     if directions.size == 0:
         return 0.0
-    products = directions @ _remainders(measured, cause, rivals) @ directions.T
-    return max(0.0, float(np.linalg.eigvalsh(products)[:, 0].min()))
+    products = _remainders(measured, case.signature, rivals)
+    if case.is_one:
+        energies = np.einsum("i,vij,j->v", directions[0], products, directions[0])
+    else:
+        energies = np.linalg.eigvalsh(directions @ products @ directions.T)[:, 0]
+    return max(0.0, float(energies.min()))

@@ -262,16 +262,8 @@ def _proposal_words(ranked: RankedAddition, n_alike: int) -> str:
 def plan_figure(plan: CampaignPlan) -> "Figure":
     """Sizes and pairs of a plan.
 
-    Parameters
-    ----------
-    plan : CampaignPlan
-        Plan.
-
-    Returns
-    -------
-    Figure
-        Bars of the sizes from which a cause is seen and named, over the size worth noticing; map of
-        the smallest angle between each cause and each rival [deg].
+    Bars of the sizes from which a cause is seen and named, over the size worth noticing; map of the
+    smallest angle between each cause and each rival [deg].
     """
     from matplotlib.figure import Figure
 

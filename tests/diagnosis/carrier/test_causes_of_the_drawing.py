@@ -14,7 +14,6 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import _separation, diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import published_values
-from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
 from carrierflex.diagnosis.report.words import named_rows
 from carrierflex.fe.curve_files import PIN_FIT
@@ -242,7 +241,7 @@ def test_no_fault_of_the_measurement_stands_beside_a_dimension():
     measured = campaign(curve_of(0.5, {"outer_radius": -0.05}))
     problem = carrier_problem(measured, CURVES)
     laws = ("geometry/outer_radius",)
-    check = checked_baseline(problem, measured, wiring_of(problem, measured), laws=laws)
+    check = checked_baseline(problem, measured, problem.wiring(measured), laws=laws)
     assert not check.rivals
 
 

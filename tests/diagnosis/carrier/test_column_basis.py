@@ -70,12 +70,12 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
     for recorded, holds in ((run, True), (pushed, False)):
-        assert basis.holds(0, some_samples([recorded], source, 40).rows(CHANNELS[0])) is holds
+        assert basis.holds(0, some_samples([recorded], source, 40)(CHANNELS[0])) is holds
 
 
 def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):
     of_basis = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
-    monkeypatch.setattr(sums, "_AMPLITUDE_BYTES", 0)
+    monkeypatch.setattr(sums, "_AT_ONCE", 1)
     of_records = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
     assert of_records.records.amplitudes.shape[2] == 1 < of_basis.records.amplitudes.shape[2]
     theta = of_basis.starts((), {})[1]

@@ -7,7 +7,6 @@ from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import published_values
-from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.identification.campaign.declarations import Channel
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
 
@@ -45,6 +44,6 @@ def test_the_zero_of_one_of_four_sensors_is_a_saddle_and_any_sensors_zero(channe
     diagnosis = diagnose(problem, campaign="few", kind="carrier")
     assert diagnosis.verdict == verdict
     assert diagnosis.attribution.effects == ("sensor_zero",)
-    check = checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    check = checked_baseline(problem, campaign, problem.wiring(campaign))
     zeros = [one.about for one in check.warnings if one.id == "wiring/channel_zero"]
     assert zeros == about

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.gap_components import _components, _frame_of
+from carrierflex.diagnosis.carrier.gap_components import _frame_of, components_of
 from carrierflex.diagnosis.carrier.gap_findings import _gap_cells
 from carrierflex.diagnosis.report.gap_words import further_words, place_words
 from carrierflex.identification.campaign.declarations import Channel
@@ -98,7 +98,7 @@ def test_without_a_gap_the_sentence_says_so():
 
 
 def parts_of(problem):
-    components = _components(problem.gap_cells((), problem.starts((), {})[-1]))
+    components = components_of(problem.gap_cells((), problem.starts((), {})[-1]))
     return {
         (component.pattern, component.order): _frame_of(component, components, 3)
         for component in components

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.carrier.gap_findings import _off_order_tables
-from carrierflex.diagnosis.carrier.off_order_lines import off_orders
+from carrierflex.diagnosis.carrier.off_order_lines import campaign_off_orders, off_orders
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.carrier.records.off_orders import campaign_off_orders
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.gap_map import gap_cells
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
@@ -182,7 +181,7 @@ def test_a_line_found_in_some_runs_is_taken_out_of_all(monkeypatch):
     campaign = with_tone(twin_campaign(None), 1.37)
     campaign = replace(campaign, runs=campaign.runs[::-1])
     usual = off_orders(campaign)
-    numbers = "carrierflex.diagnosis.carrier.records.off_orders._MOST_NUMBERS"
+    numbers = "carrierflex.diagnosis.carrier.off_order_lines._MOST_NUMBERS"
     samples = sum(run.time.size for run in campaign.runs)
     monkeypatch.setattr(numbers, samples * (len(campaign.channels) + 100) * 11 // 12)
     few = off_orders(campaign)

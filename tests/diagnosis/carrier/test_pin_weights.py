@@ -101,9 +101,11 @@ def test_a_wave_with_a_size_of_its_own_is_no_unequal_load():
 
 def test_other_patterns_and_rigs_without_the_curve_keep_their_columns():
     columns = uneven_waves(QUANTITIES, 3)
-    assert _pin_weights(UNEVEN, columns, replace(CARRIER_RIG, curves={})) is None
-    assert _pin_weights(TILT, tilt(QUANTITIES), CARRIER_RIG) is None
-    assert _pin_weights(WAVES, columns, CARRIER_RIG) is None
+    without = replace(CARRIER_RIG, curves={})
+    assert_allclose(_pin_weights(UNEVEN, columns, without), np.eye(len(columns)), rtol=0.0)
+    of_tilt = tilt(QUANTITIES)
+    assert_allclose(_pin_weights(TILT, of_tilt, CARRIER_RIG), np.eye(len(of_tilt)), rtol=0.0)
+    assert_allclose(_pin_weights(WAVES, columns, CARRIER_RIG), np.eye(len(columns)), rtol=0.0)
 
 
 def test_weights_are_of_the_order_of_one():

@@ -221,9 +221,9 @@ def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
     chosen = np.ones(len(at_once.segments), dtype=bool)
     chosen[::3] = False
     expected = at_once.sums(effects, fit.theta, chosen), at_once.squares(effects, fit.theta, chosen)
-    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._SLICE_BYTES", 1)
-    by_run = replace(at_once)
-    assert len(by_run._slices.slices) == len(at_once.campaign.runs)
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._AT_ONCE", 1)
+    by_run = replace(at_once, records=replace(at_once.records))
+    assert len(by_run.records.slices) == len(at_once.campaign.runs)
     sums, squares = (
         by_run.sums(effects, fit.theta, chosen),
         by_run.squares(effects, fit.theta, chosen),

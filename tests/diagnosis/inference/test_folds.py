@@ -3,7 +3,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.diagnosis.inference.gap_reduction import _extrapolation_fold
-from carrierflex.diagnosis.inference.held_out import held_out_folds, reduction_draws
+from carrierflex.diagnosis.inference.law_fits import held_out_folds, reduction_draws
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 

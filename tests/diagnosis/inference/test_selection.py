@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.inference.held_out import held_out_folds
-from carrierflex.diagnosis.inference.law_fits import LawFits, candidate_sets, law_fits, selected
+from carrierflex.diagnosis.inference.law_fits import (
+    LawFits,
+    candidate_sets,
+    held_out_folds,
+    law_fits,
+    selected,
+)
 from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import linear_problem, write_score

@@ -6,7 +6,7 @@ import matplotlib.text
 import pytest
 
 from carrierflex.diagnosis.inference.results import ALIASED, NamedValue
-from carrierflex.diagnosis.report.carrier_drawing import carrier_figure, shown_dimensions
+from carrierflex.diagnosis.report.machine_drawing import carrier_figure, shown_dimensions
 from carrierflex.geometry.parameters import CarrierParameters
 from tests.diagnosis.report.verdict_pages import diagnosed, page_of
 

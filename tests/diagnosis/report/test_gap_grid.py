@@ -2,7 +2,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.report.gap_map_figure import (
+from carrierflex.diagnosis.report.figures import (
     colour_limits,
     gap_grids,
     gap_map_figure,

@@ -12,10 +12,9 @@ from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.carrier import wiring as carrier_wiring
-from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_records
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import INPUT_GAIN
@@ -48,7 +47,7 @@ def explained(kind):
 def checked(campaign):
     curves = curve_set() if campaign.kind == "carrier" else None
     problem, _ = problem_of(campaign, curves)
-    return checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    return checked_baseline(problem, campaign, problem.wiring(campaign))
 
 
 def rivals(campaign):
@@ -153,11 +152,11 @@ def test_a_delay_of_a_mounting_below_the_gap_is_told():
 def test_records_that_would_fill_the_memory_are_said_to_be_unchecked(monkeypatch):
     campaign = explained("carrier")
     problem, _ = problem_of(campaign, curve_set())
-    assert wiring_of(problem, campaign).unchecked == ""
-    assert len(carrier_predictions(problem)) == len(campaign.runs)
+    assert problem.wiring(campaign).unchecked == ""
+    assert len(problem.wiring(campaign).predictions(None)) == len(campaign.runs)
     monkeypatch.setattr(carrier_wiring, "_MOST_RECORDS", 1000)
-    assert wiring_of(problem, campaign).unchecked.startswith("records and prediction")
-    assert carrier_predictions(problem) == ()
+    assert problem.wiring(campaign).unchecked.startswith("records and prediction")
+    assert problem.wiring(campaign).predictions(None) == ()
 
 
 @pytest.mark.parametrize("column", ["s047", "s137"])
@@ -173,9 +172,9 @@ def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
 def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
     problem, _ = problem_of(campaign, curve_set())
-    (full, _) = carrier_records(problem)
+    (full, _) = problem.wiring(campaign).linear(None)
     monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", full.columns.nbytes - 1)
-    (half, _) = carrier_records(problem)
+    (half, _) = problem.wiring(campaign).linear(None)
     assert_allclose(half.time, full.time[::2])
     assert_allclose(half.columns, full.columns[:, ::2])
     (warning,) = checked(campaign).warnings
@@ -215,7 +214,7 @@ def test_the_verdict_says_to_check_the_wiring_first():
     campaign = changed(explained_carrier(), "torque", negative)
     problem, _ = problem_of(campaign, curve_set())
     result = diagnose(problem, campaign="twin", kind="carrier")
-    baseline = checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    baseline = checked_baseline(problem, campaign, problem.wiring(campaign))
     diagnosis = with_findings(result, (), baseline)
     assert (diagnosis.verdict, diagnosis.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in diagnosis.warnings)

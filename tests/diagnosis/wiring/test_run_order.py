@@ -9,7 +9,7 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import checked_baseline
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.wiring.refits import RUN_ORDER, PredictedRecord, exchanged_runs
 from carrierflex.workflows.fe.default_curves import default_curves
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
@@ -63,6 +63,6 @@ def test_exchanged_runs_beside_an_offset_of_every_run_are_told():
     swapped = (replace(first, signals=second.signals), replace(second, signals=first.signals))
     wrong = replace(clean, runs=(*swapped, *others))
     problem, _ = problem_of(wrong, default_curves())
-    check = checked_baseline(problem, wrong, wiring_of(problem, wrong))
+    check = checked_baseline(problem, wrong, problem.wiring(wrong))
     shares = {rival.id: share for rival, share in check.rivals}
     assert shares[RUN_ORDER] > 0.99
