@@ -6,7 +6,7 @@ import re
 #: Stands for what is not known.
 UNKNOWN = "–"
 #: Rounding of a closed form: no signal of any unit in use is that small.
-_NOTHING = 1e-15
+NOTHING = 1e-15
 #: Units that take a prefix, and the prefixes with their factors.
 _PREFIXED = re.compile(r"(m|N|N m|V|A|Pa|s|W|J|Hz)(/m|/s| s/m)?")
 _PREFIXES = ((1e9, "n"), (1e6, "µ"), (1e3, "m"), (1.0, ""), (1e-3, "k"), (1e-6, "M"))
@@ -31,7 +31,7 @@ def sized(value: float, unit: str, digits: int = 3) -> str:
     """Size with its unit, prefixed: ``208 µm``; without one where it has none."""
     if not math.isfinite(value):
         return UNKNOWN
-    if abs(value) < _NOTHING:
+    if abs(value) < NOTHING:
         return f"0 {unit}".strip()
     factor, shown = scaled_unit(abs(value), unit)
     return f"{number(factor * value, digits)} {shown}".strip()

@@ -16,17 +16,10 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.report.report_data import ReportData
 from carrierflex.diagnosis.report.verdict_words import is_near_law, share_words
-from carrierflex.diagnosis.report.words import (
-    UNKNOWN,
-    counted,
-    named_rows,
-    number,
-    scaled_unit,
-    sized,
-    value_words,
-)
+from carrierflex.diagnosis.report.words import counted, named_rows, value_words
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import fault_words
+from carrierflex.files.quantities import UNKNOWN, number, scaled_unit, sized
 
 #: States of a row, as the page writes them.
 NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"

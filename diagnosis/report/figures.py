@@ -25,7 +25,7 @@ from carrierflex.diagnosis.comparison.overlay import (
 )
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
-from carrierflex.diagnosis.report.words import scaled_unit
+from carrierflex.files.quantities import scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

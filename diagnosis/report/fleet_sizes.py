@@ -10,7 +10,8 @@ import numpy as np
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
-from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
+from carrierflex.diagnosis.report.words import parameter_words, shown_unit
+from carrierflex.files.quantities import UNKNOWN, scaled_unit
 from carrierflex.identification.estimation.resampling import NORMAL_95, two_level_counts
 
 #: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.

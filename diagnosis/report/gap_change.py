@@ -15,8 +15,9 @@ from carrierflex.diagnosis.inference.results import NO_INTERVAL, BlockScore, Int
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import listed, percent, position_of, ratio, sized
+from carrierflex.diagnosis.report.words import listed, percent, position_of, ratio
 from carrierflex.files.json_files import plain
+from carrierflex.files.quantities import sized
 from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown

@@ -26,8 +26,9 @@ from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     Repeatability,
 )
-from carrierflex.diagnosis.report.words import counted, sized
+from carrierflex.diagnosis.report.words import counted
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.quantities import sized
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
 #: Below this exponent either way a part does not depend on a condition.

@@ -9,7 +9,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.report.figures import BLACK, BLUE, GREY, ORANGE, WIDTH
 from carrierflex.diagnosis.report.report_data import CampaignOutline, ReportData
-from carrierflex.diagnosis.report.words import sized
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.declarations import Channel
 
 if TYPE_CHECKING:

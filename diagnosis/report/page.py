@@ -33,8 +33,10 @@ from carrierflex.diagnosis.report.machine_drawing import (
     shown_dimensions,
 )
 from carrierflex.diagnosis.report.report_data import ReportData
-from carrierflex.diagnosis.report.words import added_effects, sized
+from carrierflex.diagnosis.report.words import added_effects
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files import quantities
+from carrierflex.files.quantities import sized
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
 #: Rows of a table that could be long.
@@ -56,7 +58,7 @@ def rendered_page(template: str, content: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {"plain_name": plain_name, "raised": words.raised}
-    return environment.get_template(template).render(**content, words=words)
+    return environment.get_template(template).render(**content, words=words, quantities=quantities)
 
 
 def _content(data: ReportData) -> dict[str, Any]:

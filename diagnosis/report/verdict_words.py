@@ -17,16 +17,10 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import (
-    CHANGE,
-    capitalised,
-    listed,
-    named_rows,
-    percent,
-    sized,
-)
+from carrierflex.diagnosis.report.words import CHANGE, capitalised, listed, named_rows, percent
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import RUN_VARIATION, fault_words
+from carrierflex.files.quantities import sized
 
 #: Shares below this would be rounded to nothing.
 _LEAST_SHOWN = 0.005

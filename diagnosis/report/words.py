@@ -22,6 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.quantities import NOTHING, UNKNOWN, number, scaled_unit
 from carrierflex.identification.estimation.resampling import NORMAL_95
 
 _POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
@@ -162,13 +163,9 @@ def shown_unit(name: str, unit: str) -> tuple[float, str]:
     return _SHOWN.get(unit, (1.0, unit))
 
 
-#: Stands for what is not known.
-UNKNOWN = "–"
 #: An error of so many times the value says nothing about it.
 _UNDETERMINED = 1e6
 _MOST_DECIMALS = 9
-#: Rounding of a closed form: no signal of any unit in use is that small.
-_NOTHING = 1e-15
 MOST_ROWS = 12
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
@@ -192,11 +189,6 @@ def added_effects(reduction: GapReduction | None) -> Effects:
 def listed(words: Sequence[str]) -> str:
     """Words joined as in a sentence: ``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def number(value: float, digits: int = 3) -> str:
-    """Number with so many significant digits; a dash for what is not finite."""
-    return f"{value:.{digits}g}" if math.isfinite(value) else UNKNOWN
 
 
 def ratio(value: float) -> str:
@@ -223,31 +215,7 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     """Sizes of a column under one prefix, by the largest of them, and their unit."""
     finite = [abs(value) for value in values if math.isfinite(value)]
     factor, shown = scaled_unit(max(finite, default=0.0), unit)
-    return ["0" if abs(value) < _NOTHING else number(factor * value) for value in values], shown
-
-
-def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and unit that show a size with few digits: ``2e-4 m`` as 200 µm."""
-    if (
-        not re.fullmatch(r"[A-Za-z]+(/s)?", unit)
-        or not 0.0 < largest < float("inf")
-        or unit == "rad"
-    ):
-        return 1.0, unit
-    for factor, prefix in ((1e9, "n"), (1e6, "µ"), (1e3, "m"), (1.0, ""), (1e-3, "k")):
-        if largest * factor >= 1.0 and largest * factor < 1e3:
-            return factor, prefix + unit
-    return 1.0, unit
-
-
-def sized(value: float, unit: str) -> str:
-    """Size with its unit, prefixed: ``208 µm``."""
-    if not math.isfinite(value):
-        return UNKNOWN
-    if abs(value) < _NOTHING:
-        return f"0 {unit}"
-    factor, shown = scaled_unit(abs(value), unit)
-    return f"{factor * value:.3g} {shown}"
+    return ["0" if abs(value) < NOTHING else number(factor * value) for value in values], shown
 
 
 def with_error(value: float, std: float) -> tuple[str, str]:

@@ -39,8 +39,9 @@ _COARSE = 1.5
 #: displacement the second one counts.
 _OF_RANGE, _OF_RANGE_DRIVEN = 0.03, 0.5
 #: Value over the RMS of a signal, and of its steps, below which it is near zero, how often it must
-#: come there, and the share of these times at which it must bend.
-_NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS = 0.1, 0.7, 8, 0.5
+#: come there, the share of these times at which it must bend, and how near it comes at the nearest,
+#: over the RMS of its steps.
+_NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS, _NEAREST = 0.1, 0.7, 8, 0.5, 0.25
 #: Phase [rad] of a signal's mean frequency over which a parabola follows it, and the most that it
 #: leaves of a signal with its sign over what it leaves of one without.
 _PHASE, _FAR_LESS = 0.5, 0.5
@@ -265,8 +266,12 @@ def _rectified(signal: _Signal) -> Iterator[CampaignWarning]:
     near = size < max(_NEAR_ZERO * rms, _OF_STEP * step)
     inner = [(a, b) for a, b in stretches(near) if a > 0 and b < size.size]
     half = max(2, round(_PHASE * rms / max(step, np.finfo(float).tiny)))
-    bends = sum(_is_bent(size, a + int(np.argmin(size[a:b])), half) for a, b in inner)
-    if len(inner) >= _FEWEST_MEETINGS and bends > _LEAST_BENDS * len(inner):
+    zeros = [a + int(np.argmin(size[a:b])) for a, b in inner]
+    bends = sum(_is_bent(size, zero, half) for zero in zeros)
+    # Samples lie anywhere about a change of sign: of many one is near it.
+    nearest = min((float(size[zero]) for zero in zeros), default=np.inf)
+    comes_to_zero = nearest < _NEAREST * step
+    if len(inner) >= _FEWEST_MEETINGS and comes_to_zero and bends > _LEAST_BENDS * len(inner):
         yield signal.warning(
             "rectified",
             0,

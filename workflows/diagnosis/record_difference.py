@@ -28,8 +28,9 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     size_name,
 )
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import capitalised, counted, listed, number
+from carrierflex.diagnosis.report.words import capitalised, counted, listed
 from carrierflex.files.json_files import plain
+from carrierflex.files.quantities import number
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.resampling import NORMAL_95

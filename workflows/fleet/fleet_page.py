@@ -21,11 +21,8 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     size_name,
 )
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import (
-    counted,
-    listed,
-    number,
-)
+from carrierflex.diagnosis.report.words import counted, listed
+from carrierflex.files.quantities import number
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend

@@ -26,7 +26,8 @@ from carrierflex.diagnosis.carrier.watch.turbine_watch import (
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import in_one_unit, listed, number, sized
+from carrierflex.diagnosis.report.words import in_one_unit, listed
+from carrierflex.files.quantities import number, sized
 from carrierflex.files.versions import software_name
 from carrierflex.workflows.fleet.watch_result import WatchResult
 

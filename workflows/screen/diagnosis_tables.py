@@ -16,8 +16,9 @@ from carrierflex.diagnosis.report.gap_change import (
     first_sentence,
 )
 from carrierflex.diagnosis.report.gap_words import where_text
-from carrierflex.diagnosis.report.words import ratio, sized
+from carrierflex.diagnosis.report.words import ratio
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.workflows.diagnosis.record_difference import RecordDifference

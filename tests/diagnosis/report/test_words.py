@@ -6,7 +6,8 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.figures import inline_svg
-from carrierflex.diagnosis.report.words import raised, scaled_unit
+from carrierflex.diagnosis.report.words import raised
+from carrierflex.files.quantities import scaled_unit
 
 NAN, INF = float("nan"), float("inf")
 

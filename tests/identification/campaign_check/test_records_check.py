@@ -205,6 +205,21 @@ def test_a_signal_that_turns_before_zero_has_its_sign(kind, least):
     assert ("rectified", name) not in checks(campaign)
 
 
+@pytest.mark.parametrize(("nearest", "is_found"), [(0.0, True), (6e-6, False)])
+def test_a_signal_with_bends_beside_zero_has_its_sign(nearest, is_found):
+    """A rim that bends sharply once a turn: at zero without its sign, else before it."""
+    clean = faultless("carrier")
+    name = CHANNEL["carrier"]
+    angle = clean.runs[0].inputs["carrier_angle"]
+
+    def bent(values):
+        noise = 0.3e-6 * np.random.default_rng(2).standard_normal(values.size)
+        half_turns = np.resize(0.5 * angle, values.size)
+        return np.abs(60e-6 * np.abs(np.sin(half_turns)) + nearest + noise)
+
+    assert (("rectified", name) in checks(changed(clean, name, bent))) == is_found
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_stuck_stretch_and_repeated_samples_are_found(kind):
     name = CHANNEL[kind]
