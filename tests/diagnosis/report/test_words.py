@@ -7,7 +7,7 @@ from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.figures import inline_svg
 from carrierflex.diagnosis.report.words import raised
-from carrierflex.files.quantities import scaled_unit
+from carrierflex.files.quantities import scaled_unit, sized
 
 NAN, INF = float("nan"), float("inf")
 
@@ -31,10 +31,10 @@ def test_values_have_as_many_digits_as_their_error_allows(value, std, wanted):
 
 
 def test_sizes_take_a_prefix_where_the_unit_allows_it():
-    assert words.sized(2.08e-4, "m") == "208 µm"
-    assert words.sized(1.5e4, "N") == "15 kN"
-    assert words.sized(NAN, "m") == "–"
-    assert words.sized(3e-21, "m") == "0 m"
+    assert sized(2.08e-4, "m") == "208 µm"
+    assert sized(1.5e4, "N") == "15 kN"
+    assert sized(NAN, "m") == "–"
+    assert sized(3e-21, "m") == "0 m"
     assert scaled_unit(2e-9, "m") == (1e9, "nm")
     for size, unit in ((2e-4, "rad"), (2e-4, "m per kN"), (0.0, "m"), (INF, "m")):
         assert scaled_unit(size, unit) == (1.0, unit)
