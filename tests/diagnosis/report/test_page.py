@@ -234,11 +234,9 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
     _, measured = element
     campaign = replace(measured, runs=measured.runs[:1])
     problem = element_problem(campaign)
-    diagnosis = diagnose(
-        replace(problem, records=(replace(problem.records[0], n_blocks=2),)),
-        campaign="short",
-        kind="element",
-    )
+    (record,) = problem.records
+    two_blocks = replace(record, block=np.minimum(record.block, 1))
+    diagnosis = diagnose(replace(problem, records=(two_blocks,)), campaign="short", kind="element")
     assert diagnosis.verdict == "not_diagnosable"
     page = page_of(diagnosis, measured)
     assert "These records do not allow a diagnosis" in page
