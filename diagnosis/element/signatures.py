@@ -46,6 +46,8 @@ _FIRST_DAMPING, _LEAST_DAMPING = 0.5, 1e-3
 #: gives an element.
 _RESONANCES = np.geomspace(0.1, 10.0, 25)
 _DAMPINGS = (0.01, 0.05, 0.2)
+#: Share of the square of the deflections that an element leaves which is none.
+_ASTRAY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,8 +247,10 @@ def _linear_element(
     frequency = float(v.std() / q.std())
     first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
     best, least = _refined(records, first, start, mass)
-    if not np.isfinite(least):
-        # A drive of one line tells stiffness less inertia only: both came out as nothing.
+    measured = np.concatenate([record.response[record.block >= 0] for record in records])
+    if not least < _ASTRAY * measured.size * float(measured.var()):
+        # A drive of one line tells stiffness less inertia only: both came out as nothing, or as
+        # those of a resonance at the drive, far too large.
         searched = _searched(records, frequency, mass)
         if searched is not None:
             best, _ = _refined(records, searched, searched, mass)

@@ -1,12 +1,17 @@
 """Classes of an element under forces of one frequency at several levels."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from carrierflex.blind_check import labels
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from tests.diagnosis.element.element_campaigns import PERIOD, STEP, force_campaign
 
 #: 7.8 Hz, below the resonance at 10 Hz.
@@ -69,3 +74,21 @@ def test_two_causes_under_one_line_ask_for_more_frequencies():
     # One cause is named, and nothing has to be recorded anew for it.
     _, alone = answered(hard)
     assert alone.experiment == ""
+
+
+def test_an_element_whose_load_drifts_under_one_line_is_fitted_and_not_lost():
+    """Instruments alone ended in a mass five hundred times too large, eight floors of gap."""
+    plans = [plan for plan in case_plans("element", 60, 511) if plan.family == labels.NOTHING]
+    clean, label = case_campaign(plans[511 % len(plans)])
+    assert label.drive == "sines"
+
+    def drifting(run):
+        growth = 1.0 + 0.1 * (run.time - run.time[0]) / np.ptp(run.time)
+        return replace(run, inputs={"force": growth * run.inputs["force"]})
+
+    problem = element_problem(replace(clean, runs=tuple(map(drifting, clean.runs))))
+    known = fit_effects(problem, ()).known
+    # The line determines the stiffness less the inertia, and the transient both, roughly.
+    assert known["baseline", "m"] < 5.0 * label.parameters["baseline"]["m"]
+    remaining = mean_square_left(problem, fit_effects(problem, ()))
+    assert remaining < 5.0 * float(problem.noise_square.sum() / problem.cell_counts.sum())
