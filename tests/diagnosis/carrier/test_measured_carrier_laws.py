@@ -231,7 +231,7 @@ def test_records_that_leave_the_loads_of_a_law_are_told():
     (warning,) = law_findings(problem, (low,))
     assert (warning.check, warning.about, warning.line) == ("visited_range", "bent", "run run1")
     assert warning.figure == pytest.approx(1.0 / 3.0)
-    assert "N m, its table from 9e+04 to 2e+05 N m" in warning.text
+    assert "its table from 90 kN m to 200 kN m" in warning.text
     assert law_findings(problem, (tilt_law(),)) == ()
     vector = replace(low.terms[0], follows="radial_load", along="y")
     (warning,) = law_findings(problem, (replace(low, terms=(vector,)),))
