@@ -173,7 +173,7 @@ def checked_baseline(
     """
     fit = fit or fit_effects(problem, ())
     before = mean_square_left(problem, fit)
-    floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
+    floor = problem.noise_floor_square
     warnings = [*_at_bounds(fit), *_off_priors(fit, campaign), *_quiet(campaign, before, floor)]
     warnings += problem.baseline_findings(fit.known)
     if before <= _GAP * floor:

@@ -359,7 +359,7 @@ def separating_trial(
     V. V. Fedorov, "The design of experiments for discriminating between two rival models", 1975),
     in words with the difference in noise floors; empty where none separates.
     """
-    floor = float(np.sqrt(problem.noise_square.sum() / problem.cell_counts.sum()))
+    floor = float(np.sqrt(problem.noise_floor_square))
     ratios: dict[str, float] = {}
     for experiment in problem.candidate_experiments():
         note(f"trial: {experiment.text}")

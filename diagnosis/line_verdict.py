@@ -82,8 +82,8 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
     )
     names = ", ".join(f"{motion.label} ({_where(motion)})" for _, motion in large)
     is_fast = all(motion.is_aliased for _, motion in large)
-    place = "above half the samples of a turn" if is_fast else "between the shaft's orders"
-    text = f"motion {place}, {names}, is {of_lines / gap:.0%} of the gap"
+    where = "above half the samples of a turn" if is_fast else "between the shaft's orders"
+    text = f"motion {where}, {names}, is {of_lines / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
     elif verdict == CLASS_NAMED:

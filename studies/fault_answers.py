@@ -100,7 +100,7 @@ def _squares(examination: ExaminedCampaign) -> tuple[float, float]:
     """Mean square that the fitted baseline leaves, and that of the noise."""
     problem = examination.problem
     residual_square = mean_square_left(problem, fit_effects(problem, ()))
-    return residual_square, float(problem.noise_square.sum() / problem.cell_counts.sum())
+    return residual_square, problem.noise_floor_square
 
 
 def _named(diagnosis: Diagnosis) -> set[str]:

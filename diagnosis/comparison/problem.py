@@ -8,7 +8,6 @@ from typing import Annotated, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.estimation.scaled_least_squares import bounded_solution
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.force_effect import ForceEffect
@@ -149,7 +148,7 @@ class Signatures(Generic[Column]):
         bounds: Callable[[Column], tuple[float, float]],
         base_lower: float | FloatArray = -np.inf,
         *,
-        solve: Callable[..., FloatArray] = bounded_solution,
+        solve: Callable[..., FloatArray],
     ) -> list[tuple[FloatArray, list[tuple[Column, float]]]]:
         """Least-squares values of baseline and columns over the variants of effects, best first.
 

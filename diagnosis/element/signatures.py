@@ -29,6 +29,7 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import (
+    bounded_solution,
     design_solution,
     normal_solution,
 )
@@ -170,6 +171,7 @@ def element_starts(
             effects,
             lambda column: bounds.get((column.effect, column.amplitude), (-np.inf, np.inf)),
             lower,
+            solve=bounded_solution,
         )
     ]
     states = {
@@ -248,12 +250,15 @@ def _linear_element(
     first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
     best, least = _refined(records, first, start, mass)
     measured = np.concatenate([record.response[record.block >= 0] for record in records])
-    if not least < _ASTRAY * measured.size * float(measured.var()):
+    most = _ASTRAY * measured.size * float(measured.var())
+    if not least < most:
         # A drive of one line tells stiffness less inertia only: both came out as nothing, or as
         # those of a resonance at the drive, far too large.
         searched = _searched(records, frequency, mass)
         if searched is not None:
-            best, _ = _refined(records, searched, searched, mass)
+            resonant, misfit = _refined(records, searched, searched, mass)
+            # Of a motion that no linear element follows the instruments' estimate stays.
+            best = resonant if misfit < most or not np.isfinite(least) else best
     return best
 
 

@@ -267,7 +267,7 @@ def _prior_of(
     problem: ComparisonProblem, parameters: Sequence[Parameter], effects: Effects
 ) -> Prior:
     """Prior of a set: weights are the noise variance over the prior's variance."""
-    variance = float(problem.noise_square.sum() / max(problem.cell_counts.sum(), 1.0))
+    variance = problem.noise_floor_square
     weight = np.array([variance / parameter.prior_std**2 for parameter in parameters])
     mean = np.array([parameter.prior_mean for parameter in parameters])
     may_be_absent = np.array([parameter.effect in effects for parameter in parameters], dtype=bool)

@@ -226,7 +226,7 @@ class LawFits:
     @property
     def floor(self) -> float:
         """Mean square of the noise."""
-        return float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
+        return self.problem.noise_floor_square
 
     def rejection(self, effects: Effects) -> Rejection | None:
         """Why a set is not supported; None where every effect in it is.

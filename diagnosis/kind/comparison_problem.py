@@ -92,6 +92,11 @@ class ComparisonProblem(ABC):
     def noise_square(self) -> FloatArray:
         """Sum of squares that noise alone leaves, shape (n_segments, n_cells)."""
 
+    @property
+    def noise_floor_square(self) -> float:
+        """Mean square that noise alone leaves of all records."""
+        return float(self.noise_square.sum() / max(self.cell_counts.sum(), 1.0))
+
     @abstractmethod
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""

@@ -144,9 +144,9 @@ def noisy_load(
     The arguments are those of :func:`jittered_samples`. None where the machine follows what the
     load has above its band: that is no noise.
     """
-    held = tuple(records)
-    n_samples = sum(record.residual.size for record in held)
-    for name, passed_on in _passed_on_by_load(held, campaign).items():
+    runs = tuple(records)
+    n_samples = sum(record.residual.size for record in runs)
+    for name, passed_on in _passed_on_by_load(runs, campaign).items():
         square = passed_on.square / n_samples
         is_as_large = square >= SCREENED * (gap.before - gap.floor)
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:

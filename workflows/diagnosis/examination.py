@@ -52,8 +52,8 @@ class ExaminedCampaign:
         fit = fit_effects(self.problem, ())
         baseline = self.baseline(fit)
         if self.distinct.baseline.source == "columns":
-            floor = float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
-            gap = GapSquare(mean_square_left(self.problem, fit), floor)
+            before = mean_square_left(self.problem, fit)
+            gap = GapSquare(before, self.problem.noise_floor_square)
             answer = self.problem.class_answer()
             late = columns_put_back(self.distinct, answer, gap, self.problem_of)
             baseline = baseline.with_rivals([late] if late else [])
