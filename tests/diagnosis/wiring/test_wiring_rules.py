@@ -41,8 +41,7 @@ TIMES = {"A": STEP * np.arange(1000), "B": STEP * np.arange(900)}
 NOISE = 1e-3
 #: A floor of one.
 PROBLEM = SimpleNamespace(
-    noise_square=np.full((4, 1), 25.0),
-    cell_counts=np.full((4, 1), 25.0),
+    noise_floor_square=1.0,
     baseline_findings=lambda values: (),
 )
 THETA = np.array([1.0, 2.0])
