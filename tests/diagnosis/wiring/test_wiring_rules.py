@@ -42,6 +42,7 @@ NOISE = 1e-3
 #: A floor of one.
 PROBLEM = SimpleNamespace(
     noise_floor_square=1.0,
+    cell_counts=np.full((4, 1), 25.0),
     baseline_findings=lambda values: (),
 )
 THETA = np.array([1.0, 2.0])
