@@ -6,6 +6,7 @@ Where an error of wiring or sign explains as much of the gap as a named effect, 
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -118,6 +119,8 @@ _ON_BOUND = 1e-6
 _CONTRADICTS = 3.0
 #: Samples of all channels up to which records with all their columns are held: 160 MB.
 _MOST_HELD = 1_000_000
+#: Runs beside their linear model.
+_Linear = Callable[[], Iterable[LinearRecord]]
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
@@ -181,9 +184,10 @@ def checked_baseline(
         warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
         warnings += _off_gain(wiring, campaign, fit.theta)
         return BaselineCheck(tuple(warnings), ())
+    linear = _linear_records(wiring, campaign, fit.theta)
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
-    clocks = [*_drifting(wiring, fit, campaign, before)] if np.isfinite(before) else []
+    clocks = [*_drifting(linear(), campaign, before)] if np.isfinite(before) else []
     if wiring.unchecked:
         warnings.append(_unchecked(wiring.unchecked))
     # None of another simulator's prediction: it stands as it is.
@@ -194,7 +198,7 @@ def checked_baseline(
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
-        tried += _lone_and_load_rivals(wiring, campaign, fit.theta, gap)
+        tried += _lone_and_load_rivals(linear, wiring, campaign, gap)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
             is_taken = bool(shapes) and wiring.takes_shapes
             with_shapes = problem.with_laws(shapes) if is_taken else None
@@ -205,7 +209,7 @@ def checked_baseline(
                 for law in laws:
                     tried += _rivals_with_laws(problem, campaign, wiring, (law,), floor)
         if LOAD_NOISE not in [rival.id for rival in tried]:
-            warnings += unfollowed_loads(wiring.linear(fit.theta), campaign)
+            warnings += unfollowed_loads(linear(), campaign)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
@@ -247,18 +251,18 @@ def _rivals_with_laws(
         return
     gap = GapSquare(before, floor, _BESIDE_SHAPES if shapes else NEARLY_ALL)
     checks = wiring.with_laws(fit.effects, fit.known, shapes)
-    for rival in _lone_and_load_rivals(checks, campaign, fit.theta, gap):
+    linear = _linear_records(checks, campaign, fit.theta)
+    for rival in _lone_and_load_rivals(linear, checks, campaign, gap):
         # The size of a load's noise is read above its band and not fitted.
         if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
 def _lone_and_load_rivals(
-    wiring: WiringChecks, campaign: Campaign, theta: FloatArray, gap: GapSquare
+    linear: _Linear, wiring: WiringChecks, campaign: Campaign, gap: GapSquare
 ) -> Iterator[WiringRival]:
     """The model refitted without a channel or a run, and with every fault of the loads mended."""
     # A size that is fitted takes something of every gap: it must explain nearly all.
-    linear = _linear_records(wiring, campaign, theta)
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
     for faults_of in (
         filtered_signals, drifting_zeros, drifting_gain, late_load, saturating_channel,
@@ -276,28 +280,25 @@ def _lone_and_load_rivals(
         square = wiring.refitted(fault.corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
     if wiring.has_cheap_refits:
-        sized = sized_faults(campaign, wiring.refitted)
-        yield from (rival for rival in sized if rival.mean_square <= gap.enough)
+        of_some_size = sized_faults(campaign, wiring.refitted)
+        yield from (rival for rival in of_some_size if rival.mean_square <= gap.enough)
 
 
-def _linear_records(
-    wiring: WiringChecks, campaign: Campaign, theta: FloatArray
-) -> Callable[[], Iterable[LinearRecord]]:
-    """Runs beside their linear model: held where they are few, else made anew at every call."""
+def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> _Linear:
+    """Runs beside their linear model: made once where they are few, else anew at every call."""
     n_samples = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
     if n_samples > _MOST_HELD:
         return lambda: wiring.linear(theta)
-    records = tuple(wiring.linear(theta))
-    return lambda: records
+    return cache(lambda: tuple(wiring.linear(theta)))
 
 
 def _drifting(
-    wiring: WiringChecks, fit: EffectFit, campaign: Campaign, before: float
+    linear: Iterable[LinearRecord], campaign: Campaign, before: float
 ) -> tuple[WiringRival, ...]:
     """Drifting clocks as rivals, fitted together with a baseline that can be made linear."""
     runs = {run.name: run for run in campaign.runs}
     rivals = []
-    for drift in drifting_runs(wiring.linear(fit.theta)) or ():
+    for drift in drifting_runs(linear) or ():
         run = runs[drift.run]
         step = mean_step(run.time)
         if abs(drift.seconds) > SMALLEST_DRIFT * step:

@@ -34,7 +34,7 @@ def columns_put_back(
     gap: GapSquare,
     problem_of: Callable[[Campaign], ComparisonProblem],
     *,
-    remaining_as_read: float = np.inf,
+    remaining_as_read: float,
 ) -> tuple[WiringRival, float] | None:
     """Classes beside columns that are put back in time, with the share that both explain.
 

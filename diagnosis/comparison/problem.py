@@ -184,18 +184,16 @@ class Signatures(Generic[Column]):
 class GapCell:
     """One cell of the gap map."""
 
-    channel_pattern: Annotated[str, "Channel or sensor pattern; run"]
+    channel_pattern: Annotated[str, "Channel or sensor pattern"]
     order: Annotated[
         float,
         "Shaft order, or line number of a periodic drive; frequency over the lowest of "
         "the map otherwise",
     ]
-    run: Annotated[str, "Channel or sensor pattern; run"]
-    mean_square: Annotated[
-        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
-    ]
+    run: Annotated[str, "Run"]
+    mean_square: Annotated[float, "Mean square of the gap"]
     coherent: Annotated[
-        float, "Mean square of the gap, and the same less the noise floor (may be negative)"
+        float, "Mean square of the gap less that of the noise floor (may be negative)"
     ]
     share: Annotated[float, "Share of the whole coherent gap"]
     share_ci95: Annotated[tuple[float, float], "Interval of the share"]

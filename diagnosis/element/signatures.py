@@ -258,7 +258,8 @@ def _linear_element(
         if searched is not None:
             resonant, misfit = _refined(records, searched, searched, mass)
             # Of a motion that no linear element follows the instruments' estimate stays.
-            best = resonant if misfit < most or not np.isfinite(least) else best
+            if misfit < most or not np.isfinite(least):
+                best = resonant
     return best
 
 

@@ -42,8 +42,8 @@ NO_INTERVAL: Interval = (float("nan"), float("nan"))
 class NamedValue:
     """A parameter's value with its 95 % interval."""
 
-    value: Annotated[float, "Value; half the width of its 95 % interval over 1.96"]
-    std: Annotated[float, "Value; half the width of its 95 % interval over 1.96"]
+    value: Annotated[float, "Value"]
+    std: Annotated[float, "Half the width of its 95 % interval over 1.96"]
     unit: Annotated[str, "Unit of both"]
     ci95: Annotated[Interval, "The interval; not numbers where nothing bounds it"]
     sources: Annotated[
@@ -120,18 +120,14 @@ class SelectionStep:
 
     added: Annotated[str, "Effect that was added; ``baseline`` first"]
     rms: Annotated[float, "RMS of the gap in the unit of the channels"]
-    rho: Annotated[float, "RMS over the baseline's, and its interval"]
-    rho_ci95: Annotated[Interval, "RMS over the baseline's, and its interval"]
+    rho: Annotated[float, "RMS over the baseline's"]
+    rho_ci95: Annotated[Interval, "95 % interval of rho"]
     share: Annotated[
         float,
         "Share of the gap above the floor that the effect takes beside those before it; "
         "shares of all steps add up to phi",
     ] = math.nan
-    share_ci95: Annotated[
-        Interval,
-        "Share of the gap above the floor that the effect takes beside those before it; "
-        "shares of all steps add up to phi",
-    ] = NO_INTERVAL
+    share_ci95: Annotated[Interval, "95 % interval of the share"] = NO_INTERVAL
     by_run: Annotated[
         Mapping[str, float], "RMS that the effect takes, by run; negative where it harms"
     ] = field(default_factory=dict)
@@ -145,8 +141,8 @@ class RunValidation:
     """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20)."""
 
     run: Annotated[str, "Run"]
-    error_before: Annotated[float, "RMS of E with the baseline and with the effects"]
-    error_after: Annotated[float, "RMS of E with the baseline and with the effects"]
+    error_before: Annotated[float, "RMS of the error with the baseline"]
+    error_after: Annotated[float, "RMS of the error with the effects"]
     u_val: Annotated[float, "Root of the squares of the numerical and the noise part"]
 
 
@@ -154,8 +150,8 @@ class RunValidation:
 class BlockScore:
     """Held-out gap of the baseline in one block of a run."""
 
-    run: Annotated[str, "Its run and that run's condition"]
-    condition: Annotated[str, "Its run and that run's condition"]
+    run: Annotated[str, "Its run"]
+    condition: Annotated[str, "Condition of the run"]
     block: Annotated[int, "Number of the block in the run, from 0"]
     samples: Annotated[int, "Samples that count, over all channels"]
     mean_square: Annotated[float, "Mean square of a sample"]
@@ -165,13 +161,13 @@ class BlockScore:
 class GapReduction:
     """How far the gap shrinks on held-out records."""
 
-    rms_before: Annotated[float, "RMS in the unit of the channels"]
-    rms_after: Annotated[float, "RMS in the unit of the channels"]
-    noise_floor: Annotated[float, "RMS in the unit of the channels"]
+    rms_before: Annotated[float, "RMS of the gap of the baseline, in the unit of the channels"]
+    rms_after: Annotated[float, "RMS of the gap of the accepted model, in the same unit"]
+    noise_floor: Annotated[float, "RMS of the noise, in the same unit"]
     rho: Annotated[float, "RMS after over before"]
-    rho_ci95: Annotated[Interval, "RMS after over before"]
+    rho_ci95: Annotated[Interval, "95 % interval of rho"]
     phi: Annotated[float, "Share of the mean square above the floor that is explained"]
-    phi_ci95: Annotated[Interval, "Share of the mean square above the floor that is explained"]
+    phi_ci95: Annotated[Interval, "95 % interval of phi"]
     floor_multiple: Annotated[float, "RMS after over the floor"]
     extrapolation_rho: Annotated[
         float,
@@ -179,7 +175,7 @@ class GapReduction:
         "one condition)",
     ]
     steps: Annotated[tuple[SelectionStep, ...], "Accepted effects in turn"]
-    cells_before: Annotated[Sequence[GapCell], "Gap map of the baseline and of the accepted model"]
-    cells_after: Annotated[Sequence[GapCell], "Gap map of the baseline and of the accepted model"]
+    cells_before: Annotated[Sequence[GapCell], "Gap map of the baseline"]
+    cells_after: Annotated[Sequence[GapCell], "Gap map of the accepted model"]
     validation: Annotated[tuple[RunValidation, ...], "By run"]
     blocks: Annotated[tuple[BlockScore, ...], "The baseline's held-out gap by block"] = ()

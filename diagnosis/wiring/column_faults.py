@@ -182,8 +182,7 @@ def zeros_behind_the_torque(
         return np.array([low_pass(time, record.time, column) for column in record.columns])
 
     times = mean_step(campaign.runs[0].time) * 2.0**_SLOW_FILTERS
-    time = min(times, key=partial(remaining, zeros))
-    square = remaining(zeros, time)
+    square, time = min((remaining(zeros, time), time) for time in times)
     if not square <= gap.enough or remaining(zeros, 0.0) <= gap.enough:
         return
     if remaining(creeping, time) > gap.enough:

@@ -119,26 +119,22 @@ def aliased_order(records: Iterable[tuple[FloatArray, FloatArray]]) -> int:
     records : iterable of (ndarray, ndarray)
         Signals of one run, shape (n, k), and the shaft's angle [rad], shape (n,).
     """
-    power = np.zeros(_HIGHEST_ALIASED + 1)
-    best = noise = 0.0
-    turns: list[float] = []
-    counts: list[int] = []
+    runs: list[tuple[FloatArray, FloatArray]] = []
     for signals, angle in records:
-        if np.ptp(angle) > 0.0 and sum(counts) < _MOST_SAMPLES:
-            of_run = _power_of_orders(signals, angle)
-            power += of_run
-            best += float(of_run.max())
-            noise += float(signals.var(axis=0).sum())
-            turns.append(float(np.ptp(angle)) / (2.0 * np.pi))
-            counts.append(angle.size)
-    samples = np.array(counts) / np.array(turns)
+        if np.ptp(angle) > 0.0 and sum(angle.size for _, angle in runs) < _MOST_SAMPLES:
+            runs.append((signals, angle))
+    turns = np.array([np.ptp(angle) / (2.0 * np.pi) for _, angle in runs])
+    samples = np.array([angle.size for _, angle in runs]) / turns
     resolved = int(0.5 * samples.max(initial=0.0)) + 1
     if not 1 < resolved <= _HIGHEST_ALIASED:
         return 0
+    of_runs = np.array([_power_of_orders(*run) for run in runs])
+    power, best = of_runs.sum(axis=0), float(of_runs.max(axis=1).sum())
+    noise = sum(float(signals.var(axis=0).sum()) for signals, _ in runs)
     order = resolved + int(np.argmax(power[resolved:]))
     slow = np.abs(order - samples * np.round(order / samples))
     least = max(_CLEARLY * float(power[:resolved].max()), _IN_EVERY_RUN * best, _SURE * noise)
-    return order if power[order] > least and np.ptp(slow) * max(turns) > 1.0 else 0
+    return order if power[order] > least and np.ptp(slow) * turns.max() > 1.0 else 0
 
 
 def _power_of_orders(signals: FloatArray, angle: FloatArray) -> FloatArray:

@@ -65,15 +65,10 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             curves = campaign_curves(measured, campaign)
             measured = with_stage_baseline(measured, campaign, executor, stages)
 
-        from carrierflex.diagnosis.wiring.lone_channels import run_of_largest_motion
-        from carrierflex.diagnosis.wiring.refits import RUN
         from carrierflex.workflows.diagnosis.examination import examined
 
         with stages.stage("records"):
             examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
-            # An effect that grows with the motion is largest there; a diagnosis weighs both.
-            largest = (RUN, run_of_largest_motion(measured))
-            findings = examination.findings()
-            warnings = tuple(one for one in findings if (one.id, one.about) != largest)
+            warnings = examination.findings()
     return CampaignCheck(measured.name, measured.kind, warnings, examination.probes)

@@ -5,7 +5,10 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Annotated
 
+import numpy as np
+
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
@@ -15,7 +18,7 @@ from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of
 from carrierflex.diagnosis.late_columns import columns_put_back
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import GapSquare
+from carrierflex.diagnosis.wiring.refits import RUN, GapSquare
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
@@ -54,10 +57,24 @@ class ExaminedCampaign:
         if self.distinct.baseline.source == "columns":
             before = mean_square_left(self.problem, fit)
             gap = GapSquare(before, self.problem.noise_floor_square)
-            answer = self.problem.class_answer()
-            late = columns_put_back(self.distinct, answer, gap, self.problem_of)
-            baseline = baseline.with_rivals([late] if late else [])
-        return (*self.warnings, *baseline.warnings)
+            baseline = self._with_late_columns(baseline, self.problem.class_answer(), gap)
+        # An effect that grows with the motion is largest there; a diagnosis weighs both.
+        largest = (RUN, baseline.largest_run)
+        beside = (one for one in baseline.warnings if (one.id, one.about) != largest)
+        return (*self.warnings, *beside)
+
+    def _with_late_columns(
+        self,
+        baseline: BaselineCheck,
+        answer: ClassAnswer | None,
+        gap: GapSquare,
+        remaining_as_read: float = np.inf,
+    ) -> BaselineCheck:
+        """Findings with columns of another simulator that are late."""
+        late = columns_put_back(
+            self.distinct, answer, gap, self.problem_of, remaining_as_read=remaining_as_read
+        )
+        return baseline.with_rivals([late] if late else [])
 
     def diagnosis(
         self,
@@ -102,14 +119,9 @@ class ExaminedCampaign:
         baseline = self.baseline(compared.baseline, laws, shapes)
         far = compared.reduction
         if far is not None and compared.verdict != AT_NOISE_FLOOR:
-            rival = columns_put_back(
-                self.distinct,
-                compared.classes,
-                GapSquare(far.rms_before**2, far.noise_floor**2),
-                self.problem_of,
-                remaining_as_read=far.rms_after**2,
-            )
-            baseline = baseline.with_rivals([rival] if rival else [])
+            gap = GapSquare(far.rms_before**2, far.noise_floor**2)
+            remaining = far.rms_after**2
+            baseline = self._with_late_columns(baseline, compared.classes, gap, remaining)
         return with_findings(compared, (*self.warnings, *findings), baseline)
 
 
