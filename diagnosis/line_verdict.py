@@ -81,9 +81,8 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
         classes_of_law={},
     )
     names = ", ".join(f"{motion.label} ({_where(motion)})" for _, motion in large)
-    is_fast = all(motion.is_aliased for _, motion in large)
-    where = "above half the samples of a turn" if is_fast else "between the shaft's orders"
-    text = f"motion {where}, {names}, is {of_lines / gap:.0%} of the gap"
+    places = " and ".join(dict.fromkeys(motion.place for _, motion in large))
+    text = f"motion {places}, {names}, is {of_lines / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
     elif verdict == CLASS_NAMED:

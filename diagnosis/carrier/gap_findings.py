@@ -504,4 +504,5 @@ def _line_findings(
                 band_hz=motion.band_hz,
                 p_value=motion.p_value,
                 line=motion.label,
+                place=motion.place,
             )

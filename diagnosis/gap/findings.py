@@ -185,7 +185,8 @@ class Finding:
         str, "Condition with which it changes, though not by a power, or empty"
     ] = ""
     follows: Annotated[FollowedLoad | None, "Load that it follows in time"] = None
-    line: Annotated[str, "Line between the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
+    line: Annotated[str, "Line off the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
+    place: Annotated[str, "Where the line lies beside the orders, in words; or empty"] = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,6 +346,13 @@ class OffOrderMotion:
     def is_aliased(self) -> bool:
         """Whether it is an order above half the samples of a turn."""
         return self.id.startswith(ALIASED)
+
+    @property
+    def place(self) -> str:
+        """Where its frequency lies, in words."""
+        return (
+            "above half the samples of a turn" if self.is_aliased else "between the shaft's orders"
+        )
 
 
 #: Cells of hundreds of runs are some hundred thousand, and the first 200 are written.

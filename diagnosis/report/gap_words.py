@@ -190,8 +190,8 @@ def _line_words(finding: Finding, of_the_gap: str) -> str:
     hertz = f"{high:.3g} Hz" if high <= 1.01 * low else f"{low:.3g} to {high:.3g} Hz"
     alone = f"{finding.patterns[0]} alone" if len(finding.patterns) == 1 else "several channels"
     return (
-        f"{_share(finding)} {of_the_gap}is a line at {finding.line} ({hertz}), between "
-        f"the shaft's orders, in {alone}, {_run_words(finding)}"
+        f"{_share(finding)} {of_the_gap}is a line at {finding.line} ({hertz}), {finding.place}, "
+        f"in {alone}, {_run_words(finding)}"
     )
 
 

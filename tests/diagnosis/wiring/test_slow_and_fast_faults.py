@@ -64,6 +64,8 @@ def test_tooth_mesh_above_half_the_sampling_rate_is_found_and_taken_out():
     assert [motion.id for motion in meshing.problem.off_order_motions()] == ["aliased/99X"]
     text = {one.id: one.text for one in meshing.findings()}["wiring/aliased_order"]
     assert text.startswith("order 99 of the shaft, up to 36")
+    (line,) = [one for one in meshing.diagnosis().gap.findings.where if one.line == "99X"]
+    assert line.place == "above half the samples of a turn"
     clean = nothing_missing("carrier")
     for run, before in zip(meshing.problem.campaign.runs, clean.runs, strict=True):
         for channel in clean.channels:
