@@ -258,7 +258,9 @@ def test_only_this_machine_with_the_token_and_the_right_host_is_answered(session
     report = f"{address.path}report/diagnosis"
     assert status(report) == 200
     assert status(address.path, Host=f"evil.example:{address.port}") == 403
-    for path in ("/", "/report/diagnosis", "/wrong/", f"/x{address.path[2:]}", "/_nicegui/x"):
+    first_letter = "x" if address.path[1] != "x" else "y"
+    wrong_token = f"/{first_letter}{address.path[2:]}"
+    for path in ("/", "/report/diagnosis", "/wrong/", wrong_token, "/_nicegui/x"):
         assert status(path) == 404, path
     for name in ("..", "%2e%2e", "..%2flogger", "campaign", "map.toml", "diagnosis%2f..%2f.."):
         assert status(f"{address.path}report/{name}") == 404, name
