@@ -150,12 +150,21 @@ class BaselineCheck:
     warnings: tuple[CampaignWarning, ...]
     rivals: tuple[tuple[WiringRival, float], ...]
     largest_run: str = ""  # Run that moves most: what grows with the motion is largest there
+    #: Faults that explain half of the gap by themselves and not nearly all: beside a class they may
+    half: tuple[WiringRival, ...] = ()
 
-    def with_rivals(self, rivals: Sequence[tuple[WiringRival, float]]) -> "BaselineCheck":
-        """The same with further rivals, each with its finding."""
-        reported = tuple(pair for pair in rivals if pair[1] >= _REPORTED)
-        warnings = tuple(_wiring_warning(rival, share) for rival, share in reported)
-        return replace(self, warnings=(*self.warnings, *warnings), rivals=(*self.rivals, *reported))
+    def with_rival(self, rival: WiringRival, share: float) -> "BaselineCheck":
+        """The same with a rival and its finding in the place of those of the same fault."""
+        if share < _REPORTED:
+            return self
+        fault = (rival.id, rival.about)
+        warnings = [one for one in self.warnings if (one.id, one.about) != fault]
+        rivals = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
+        return replace(
+            self,
+            warnings=(*warnings, _wiring_warning(rival, share)),
+            rivals=(*rivals, (rival, share)),
+        )
 
 
 def checked_baseline(
@@ -186,6 +195,7 @@ def checked_baseline(
         return BaselineCheck(tuple(warnings), ())
     linear = _linear_records(wiring, campaign, fit.theta)
     tried = list(wiring.rivals())
+    untold: list[WiringRival] = []
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
     clocks = [*_drifting(linear(), campaign, before)] if np.isfinite(before) else []
     if wiring.unchecked:
@@ -198,7 +208,10 @@ def checked_baseline(
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
-        tried += _lone_and_load_rivals(linear, wiring, campaign, gap)
+        # A size that is fitted takes something of every gap: it must explain nearly all.
+        for rival in _sized_rivals(linear, wiring, campaign, gap):
+            (tried if rival.mean_square <= gap.enough else untold).append(rival)
+        tried += _unsized_rivals(linear, wiring, campaign, gap)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
             is_taken = bool(shapes) and wiring.takes_shapes
             with_shapes = problem.with_laws(shapes) if is_taken else None
@@ -220,11 +233,16 @@ def checked_baseline(
     if wiring.has_cheap_refits and tried:
         refitted = wiring.refitted(campaign)
         stated = min(before, refitted) if np.isfinite(refitted) else before
-    # A baseline that runs away is explained in full by a wiring with which it does not.
-    shares = [
-        (rival, (stated - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
-        for rival in tried
-    ]
+
+    def share_of(rival: WiringRival) -> float:
+        """Share of the gap; in full where the baseline runs away without the correction."""
+        return (stated - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0
+
+    shares = [(rival, share_of(rival)) for rival in tried]
+    half: tuple[WiringRival, ...] = ()
+    if max((share for _, share in shares), default=0.0) < 1.0 - _AS_GOOD:
+        alone = (rival for rival in (*tried, *untold) if rival.corrected and not rival.laws)
+        half = tuple(rival for rival in alone if share_of(rival) >= _REPORTED)
     # Of one fault the first model that explains it: a further law must explain more.
     best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
     for rival, share in shares:
@@ -233,7 +251,7 @@ def checked_baseline(
             best[key] = (rival, share)
     rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
-    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign))
+    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), half)
 
 
 def _rivals_with_laws(
@@ -252,23 +270,31 @@ def _rivals_with_laws(
     gap = GapSquare(before, floor, _BESIDE_SHAPES if shapes else NEARLY_ALL)
     checks = wiring.with_laws(fit.effects, fit.known, shapes)
     linear = _linear_records(checks, campaign, fit.theta)
-    for rival in _lone_and_load_rivals(linear, checks, campaign, gap):
+    of_fit = _sized_rivals(linear, checks, campaign, gap)
+    for rival in (*of_fit, *_unsized_rivals(linear, checks, campaign, gap)):
         # The size of a load's noise is read above its band and not fitted.
         if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
-def _lone_and_load_rivals(
+def _sized_rivals(
     linear: _Linear, wiring: WiringChecks, campaign: Campaign, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """The model refitted without a channel or a run, and with every fault of the loads mended."""
-    # A size that is fitted takes something of every gap: it must explain nearly all.
+    """The model refitted without a channel or a run, and with faults whose size is fitted."""
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
     for faults_of in (
         filtered_signals, drifting_zeros, drifting_gain, late_load, saturating_channel,
     ):  # fmt: skip
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
     yield from zeros_behind_the_torque(linear(), campaign, gap)
+    if wiring.has_cheap_refits:
+        yield from sized_faults(campaign, wiring.refitted)
+
+
+def _unsized_rivals(
+    linear: _Linear, wiring: WiringChecks, campaign: Campaign, gap: GapSquare
+) -> Iterator[WiringRival]:
+    """Readings that are spoilt, and the model refitted with signs and axes of the loads mended."""
     spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
     # Either is white noise too.
     yield from spoilt or noisier_readings(linear(), campaign, gap)
@@ -278,10 +304,8 @@ def _lone_and_load_rivals(
         faults += load_faults(campaign)
     for fault in faults:
         square = wiring.refitted(fault.corrected)
-        yield WiringRival(fault.id, fault.about, fault.text, square, line)
-    if wiring.has_cheap_refits:
-        of_some_size = sized_faults(campaign, wiring.refitted)
-        yield from (rival for rival in of_some_size if rival.mean_square <= gap.enough)
+        corrected = fault.corrected
+        yield WiringRival(fault.id, fault.about, fault.text, square, line, corrected=corrected)
 
 
 def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> _Linear:

@@ -187,7 +187,9 @@ def element_rivals(
     runs = tuple(
         replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
     )
-    square = refitted(replace(campaign, runs=runs))
+    corrected = replace(campaign, runs=runs)
+    square = refitted(corrected)
     line = sample_of(campaign.runs[0].file, 0)
-    rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", square, line)
+    text = f"'{name}' of the other sign"
+    rival = WiringRival(TORQUE_SIGN, name, text, square, line, corrected=corrected)
     return (rival,) if np.isfinite(square) else ()

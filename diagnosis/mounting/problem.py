@@ -234,7 +234,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             return mean_square_of(mounting_problem(other, shapes).for_laws(laws), laws)
 
         return WiringChecks(
-            lambda: mounting_rivals(self.for_laws(())),
+            lambda: mounting_rivals(self.for_laws(()), campaign),
             self.predictions,
             refitted,
             self.linear_records,

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.wiring.load_faults import with_inputs
 from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     LOAD_AXES,
@@ -29,6 +30,8 @@ from carrierflex.diagnosis.wiring.refits import (
     TORQUE_SIGN,
     WiringRival,
 )
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +47,7 @@ _LENGTH_STEP, _LENGTHS, _LENGTH_REFITS = 0.1, (0.6, 1.7), 12
 _SMALLEST_GAIN = 0.02
 
 
-def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
+def mounting_rivals(problem: MountingInTime, campaign: Campaign) -> tuple[WiringRival, ...]:
     """Baseline refitted with what looks turned or exchanged put right; empty where nothing does."""
     names = problem.model.channels
     rig = problem.model.rig
@@ -84,9 +87,9 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
         about = ", ".join(names[k] for k in np.flatnonzero(is_reversed))
         line = key_of("[[channels]]", about)
         rivals.append(WiringRival(POLARITY, about, f"{about} of the other sign", square, line))
-    gains = _gain_rivals(problem, measured)
+    gains = _gain_rivals(problem, campaign, measured)
     best = min(gains, key=lambda rival: rival.mean_square, default=None)
-    return (*rivals, *([best] if best else []), *_bearing_rival(problem))
+    return (*rivals, *([best] if best else []), *_bearing_rival(problem, campaign))
 
 
 def _refitted(
@@ -96,7 +99,7 @@ def _refitted(
     return mean_square_of(replace(problem, records=tuple(map(corrected, problem.records))))
 
 
-def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
+def _bearing_rival(problem: MountingInTime, campaign: Campaign) -> Iterator[WiringRival]:
     """Baseline refitted with the main bearing elsewhere, where a parabola promises half of it."""
     rig = problem.model.rig
     stated = rig.main_bearing_x
@@ -120,10 +123,14 @@ def _bearing_rival(problem: MountingInTime) -> Iterator[WiringRival]:
     x = float(best.x)
     text = f"the main bearing {x:.3g} m upwind of the bushings, not {stated:.3g} m,"
     key = "main_bearing_x"
-    yield WiringRival(RIG_LENGTH, key, text, float(best.fun), key_of("[rig]", key))
+    corrected = replace(campaign, rig={**campaign.rig, key: x})
+    line = key_of("[rig]", key)
+    yield WiringRival(RIG_LENGTH, key, text, float(best.fun), line, corrected=corrected)
 
 
-def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[WiringRival]:
+def _gain_rivals(
+    problem: MountingInTime, campaign: Campaign, measured: FloatArray
+) -> Iterator[WiringRival]:
     """Baseline refitted with one load larger or smaller beside the others."""
     theta = fit_effects(problem, ()).theta
     factors = _factors(measured, _answers(problem, problem.records, theta))
@@ -137,7 +144,13 @@ def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[Wiri
             continue
         square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
-        yield WiringRival(INPUT_GAIN, name, text, square, "run files")
+        corrected = with_inputs(campaign, "", {name: partial(_times, name, gain)})
+        yield WiringRival(INPUT_GAIN, name, text, square, "run files", corrected=corrected)
+
+
+def _times(name: str, factor: float, run: Run) -> FloatArray:
+    """Load of a run, times a factor."""
+    return factor * run.inputs[name]
 
 
 def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[str]) -> WiringRival:

@@ -81,13 +81,17 @@ def filtered_signals(
         sums = baseline_sums(_filtered_record(run, partial(kind, size)) for run in runs)
         return np.inf if sums is None else sums.mean_square
 
-    def refit(kind: _Filter, size: float) -> float:
-        """Mean square of the refitted baseline."""
+    def filtered(kind: _Filter, size: float) -> Campaign:
+        """Records with inputs behind the filter."""
         changed = tuple(
             replace(one, inputs={k: kind(size, one.time, v) for k, v in one.inputs.items()})
             for one in campaign.runs
         )
-        return refitted(replace(campaign, runs=changed))
+        return replace(campaign, runs=changed)
+
+    def refit(kind: _Filter, size: float) -> float:
+        """Mean square of the refitted baseline."""
+        return refitted(filtered(kind, size))
 
     def fitted(kind: _Filter, size: float) -> tuple[float, float]:
         """Size about a first one that leaves least, and that."""
@@ -106,14 +110,16 @@ def filtered_signals(
         return
     (time, of_filter), of_mean = fitted(low_pass, time), refit(_mean, n)
     square = min(of_filter, of_mean)
-    if not square <= gap.enough:
+    if not square <= gap.half:
         return
     _, of_delay = fitted(_delay, min(times, key=partial(residual_of, _delay)))
     if SIMPLER * square < of_delay:
         size = f"of {time:.2g} s" if of_filter < of_mean else f"that is a mean of {n}"
         names = ", ".join(channel.name for channel in campaign.channels)
         line = key_of("[[channels]]", campaign.channels[0].name)
-        yield WiringRival(FILTERED_CHANNEL, names, f"{names} behind a filter {size}", square, line)
+        corrected = filtered(low_pass, time) if of_filter < of_mean else filtered(_mean, n)
+        text = f"{names} behind a filter {size}"
+        yield WiringRival(FILTERED_CHANNEL, names, text, square, line, corrected=corrected)
 
 
 def drifting_zeros(
@@ -146,11 +152,13 @@ def drifting_zeros(
         return replace(run, signals=signals)
 
     pairs = zip(campaign.runs, lines, strict=True)
-    square = refitted(replace(campaign, runs=tuple(level(*pair) for pair in pairs)))
-    if square <= gap.enough:
+    corrected = replace(campaign, runs=tuple(level(*pair) for pair in pairs))
+    square = refitted(corrected)
+    if square <= gap.half:
         about = ", ".join(names)
         text = f"the zero of {about} drifting over every run taken out"
-        yield WiringRival(DRIFT, about, text, square, key_of("[[channels]]", names[0]))
+        line = key_of("[[channels]]", names[0])
+        yield WiringRival(DRIFT, about, text, square, line, corrected=corrected)
 
 
 def zeros_behind_the_torque(
@@ -233,10 +241,12 @@ def drifting_gain(
         gain = middle + growth * _along(run, run.time)
         return replace(run, inputs={**run.inputs, name: run.inputs[name] * gain})
 
-    square = refitted(replace(campaign, runs=tuple(map(level, campaign.runs))))
-    if square <= gap.enough:
+    corrected = replace(campaign, runs=tuple(map(level, campaign.runs)))
+    square = refitted(corrected)
+    if square <= gap.half:
         text = f"the gain of {name} drifting by {-growth:.1%} over every run taken out"
-        yield WiringRival(INPUT_GAIN, name, text, square, sample_of(campaign.runs[0].file, 0))
+        line = sample_of(campaign.runs[0].file, 0)
+        yield WiringRival(INPUT_GAIN, name, text, square, line, corrected=corrected)
 
 
 def late_load(
@@ -292,11 +302,12 @@ def late_load(
             replace(run, inputs={**run.inputs, name: load})
             for run, load in zip(campaign.runs, loads, strict=True)
         )
-        square = refitted(replace(campaign, runs=changed))
-        if square <= gap.enough:
+        corrected = replace(campaign, runs=changed)
+        square = refitted(corrected)
+        if square <= gap.half:
             text = f"{name} put right, which is {late:.2g} s late and filtered with {tau:.2g} s,"
             line = sample_of(campaign.runs[0].file, 0)
-            yield WiringRival(FILTERED_CHANNEL, name, text, square, line)
+            yield WiringRival(FILTERED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def saturating_channel(
@@ -321,26 +332,28 @@ def saturating_channel(
         return
     largest = max(float(np.nanmax(np.abs(run.signals[name]))) for run in campaign.runs)
 
-    def refit(end: float) -> float:
-        """Mean square of the refitted baseline where the channel ends there."""
+    def straightened(end: float) -> Campaign:
+        """Records of a channel that ends there."""
         runs = tuple(
             replace(run, signals={name: end * np.arctanh(run.signals[name] / end)})
             for run in campaign.runs
         )
-        return refitted(replace(campaign, runs=runs))
+        return replace(campaign, runs=runs)
 
     first = max(1.0 / np.sqrt(-3.0 * cubic), _BEYOND * largest)
     best = minimize_scalar(
-        refit,
+        lambda end: refitted(straightened(end)),
         bounds=(_BEYOND * largest, 2.0 * first),
         method="bounded",
         options={"maxiter": _MOST_REFITS, "xatol": 1e-3 * first},
     )
-    if float(best.fun) <= gap.enough:
+    if float(best.fun) <= gap.half:
+        corrected = straightened(float(best.x))
         end = sized(float(best.x), campaign.channels[0].unit)
         text = f"the readings of {name} straightened, which saturate at {end},"
         line = key_of("[[channels]]", name)
-        yield WiringRival(CURVED_CHANNEL, name, text, float(best.fun), line)
+        square = float(best.fun)
+        yield WiringRival(CURVED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def _with_columns(record: LinearRecord, values: FloatArray) -> LinearRecord:

@@ -102,12 +102,14 @@ def sized_faults(
     for fault in _unknown_sizes(campaign):
 
         def square(size: FloatArray, of: Campaign = searched, fault: _SizedFault = fault) -> float:
-            return refitted(_with_inputs(of, "", {fault.about: fault.corrected(size)}))
+            return refitted(with_inputs(of, "", {fault.about: fault.corrected(size)}))
 
         size, least = _least(square, _first_size(square, fault), fault.step)
         if searched is not campaign:
             least = square(size, campaign)
-        yield WiringRival(fault.id, fault.about, fault.words(size), least, line)
+        corrected = with_inputs(campaign, "", {fault.about: fault.corrected(size)})
+        words = fault.words(size)
+        yield WiringRival(fault.id, fault.about, words, least, line, corrected=corrected)
 
 
 def _thinned(campaign: Campaign) -> Campaign:
@@ -222,10 +224,10 @@ def _fault(
         return lambda of_run: factor * of_run.inputs[source]
 
     changes = {name: taken(source, factor) for name, (source, factor) in sources.items()}
-    return CorrectedCampaign(id, ", ".join(sources), text, _with_inputs(campaign, run, changes))
+    return CorrectedCampaign(id, ", ".join(sources), text, with_inputs(campaign, run, changes))
 
 
-def _with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -> Campaign:
+def with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -> Campaign:
     """Campaign with other inputs in one run, or in all."""
 
     def changed(run: Run) -> Run:

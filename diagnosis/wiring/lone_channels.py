@@ -119,27 +119,30 @@ def lone_rivals(
     sums = baseline_sums(linear())
     if sums is None:
         return
-    screened, enough = gap.remaining(SCREENED), gap.enough
+    screened = gap.remaining(SCREENED)
     n_runs, n_channels = sums.counts.shape
     if n_channels >= _FEWEST_CHANNELS:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
         if squares[channel] <= screened:
-            square = refitted(_without_channel(campaign, channel))
-            if square <= enough:
+            corrected = _without_channel(campaign, channel)
+            square = refitted(corrected)
+            if square <= gap.half:
                 reading = _reading(linear(), sums.without(channel=channel).steps, campaign, channel)
                 rivals = _channel_rival(reading, campaign.channels[channel].name, square, gap)
                 # Where as little is left without another channel, the rest fits anything: what a
                 # channel reads must then be of a fault that has a pattern of its own.
                 is_one = float(np.partition(squares, 1)[1]) > SIMPLER * squares[channel]
-                yield from (rival for rival in rivals if is_one or rival.id not in _OF_ANY)
+                for rival in rivals:
+                    if is_one or rival.id not in _OF_ANY:
+                        yield replace(rival, corrected=corrected)
     if n_runs >= _FEWEST_RUNS:
         squares = [sums.without(run=k).mean_square for k in range(n_runs)]
         number = int(np.argmin(squares))
         if squares[number] <= screened:
             record = next(islice(linear(), number, None))
             square = refitted(_without_run(campaign, record.run))
-            if square <= enough:
+            if square <= gap.enough:
                 steps = sums.without(run=number).steps[number]
                 yield _run_rival(record, steps, campaign, refitted, square, gap)
     if n_runs >= _FEWEST_VARYING and _loads_vary(campaign) and sums.of_each_run <= screened:

@@ -117,6 +117,11 @@ class GapSquare:
         """Mean square that is left where nearly all of the gap is explained."""
         return self.remaining(self.nearly_all)
 
+    @property
+    def half(self) -> float:
+        """Mean square that is left where half of the gap is explained."""
+        return self.remaining(0.5)
+
     def remaining(self, share: float) -> float:
         """Mean square that is left where a share of the gap above the floor is explained."""
         return self.floor + (1.0 - share) * (self.before - self.floor)
@@ -141,6 +146,7 @@ class WiringRival:
     mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
     line: Annotated[str, "File or key that it is about"]
     laws: Annotated[Effects, "Laws that were refitted with the baseline"] = ()
+    corrected: Annotated[Campaign | None, "Records put right, where they were refitted"] = None
 
     @property
     def model(self) -> str:

@@ -5,18 +5,16 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.fault_beside_classes import fault_beside_classes, late_columns
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of
-from carrierflex.diagnosis.late_columns import columns_put_back
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import RUN, GapSquare
 from carrierflex.identification.campaign.campaign import Campaign
@@ -53,28 +51,28 @@ class ExaminedCampaign:
     def findings(self) -> tuple[CampaignWarning, ...]:
         """What does not look right in the records, alone and beside the baseline."""
         fit = fit_effects(self.problem, ())
-        baseline = self.baseline(fit)
-        if self.distinct.baseline.source == "columns":
-            before = mean_square_left(self.problem, fit)
-            gap = GapSquare(before, self.problem.noise_floor_square)
-            baseline = self._with_late_columns(baseline, self.problem.class_answer(), gap)
+        gap = GapSquare(mean_square_left(self.problem, fit), self.problem.noise_floor_square)
+        baseline = self._with_fault_beside_classes(
+            self.baseline(fit), self.problem.class_answer, gap
+        )
         # An effect that grows with the motion is largest there; a diagnosis weighs both.
         largest = (RUN, baseline.largest_run)
         beside = (one for one in baseline.warnings if (one.id, one.about) != largest)
         return (*self.warnings, *beside)
 
-    def _with_late_columns(
+    def _with_fault_beside_classes(
         self,
         baseline: BaselineCheck,
-        answer: ClassAnswer | None,
+        answer: Callable[[], ClassAnswer | None],
         gap: GapSquare,
-        remaining_as_read: float = np.inf,
+        explained: float = 0.0,
     ) -> BaselineCheck:
-        """Findings with columns of another simulator that are late."""
-        late = columns_put_back(
-            self.distinct, answer, gap, self.problem_of, remaining_as_read=remaining_as_read
-        )
-        return baseline.with_rivals([late] if late else [])
+        """Findings with the fault that explains the gap with a class, where one does."""
+        faults = [*late_columns(self.distinct), *baseline.half]
+        if not faults:
+            return baseline
+        best = fault_beside_classes(faults, answer(), gap, self.problem_of, explained=explained)
+        return baseline if best is None else baseline.with_rival(*best)
 
     def diagnosis(
         self,
@@ -117,11 +115,14 @@ class ExaminedCampaign:
         answer = None if compared.attribution.effects else compared.classes
         shapes = answer.shapes if answer else ()
         baseline = self.baseline(compared.baseline, laws, shapes)
-        far = compared.reduction
-        if far is not None and compared.verdict != AT_NOISE_FLOOR:
-            gap = GapSquare(far.rms_before**2, far.noise_floor**2)
-            remaining = far.rms_after**2
-            baseline = self._with_late_columns(baseline, compared.classes, gap, remaining)
+        reduction = compared.reduction
+        if reduction is not None and compared.verdict != AT_NOISE_FLOOR:
+            fit = compared.baseline or fit_effects(self.problem, ())
+            before = mean_square_left(self.problem, fit)
+            gap = GapSquare(before, self.problem.noise_floor_square)
+            baseline = self._with_fault_beside_classes(
+                baseline, lambda: compared.classes, gap, reduction.phi
+            )
         return with_findings(compared, (*self.warnings, *findings), baseline)
 
 

@@ -26,7 +26,8 @@ def with_signs(campaign, signs):
 @pytest.mark.parametrize("names", [("ssz",), ("spy",), ()])
 def test_a_reversed_channel_is_found_however_far_the_fit_runs_away(names):
     made = mounting_campaign(LINEAR, conditions=CONDITIONS[:2], seconds=60.0)
-    rivals = mounting_rivals(mounting_problem(with_signs(made, dict.fromkeys(names, -1.0))))
+    turned = with_signs(made, dict.fromkeys(names, -1.0))
+    rivals = mounting_rivals(mounting_problem(turned), turned)
     reversed_channels = [rival for rival in rivals if rival.id == "wiring/polarity"]
     assert [rival.about for rival in reversed_channels] == list(names)
     # With the sign put right nothing but noise is left.
