@@ -134,8 +134,9 @@ _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults; then those that are certain, where
 #: what a refit explains is not.
 _OF_RECORDS = (("unit", UNIT), ("detrended", AC_COUPLED))
+_COPIED = "copied_channel"
 _CERTAIN = (
-    ("copied_channel", COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
+    (_COPIED, COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
 )  # fmt: skip
 #: What is at fault in a way that no kind of fault explains.
 _OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
@@ -351,9 +352,14 @@ def with_findings(
         ),
     )
     baseline = _without_explained(baseline, diagnosis)
-    # Of faults that explain as much the kind comes first; all others stay in their order.
+    # The baseline says which of two channels is the copy. Of faults that explain as much the kind
+    # comes first; all others stay in their order.
+    is_told = COPIED_CHANNEL in [warning.id for warning in baseline.warnings]
     ranked = sorted(
-        (*records, *baseline.warnings),
+        (
+            *(one for one in records if not (is_told and one.check == _COPIED)),
+            *baseline.warnings,
+        ),
         key=lambda warning: (
             _AS_GOOD * (warning.id in _OF_NO_KIND) - warning.figure
             if warning.check == _WIRING

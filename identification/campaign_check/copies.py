@@ -150,9 +150,9 @@ def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[Cam
         if _is_copied(campaign.runs, one.name, other.name):
             yield CampaignWarning(
                 "copied_channel",
-                other.name,
-                f"{other.name} reads the signal of {one.name} in every run",
-                f"look for the cable or the column of {other.name}; leave the channel out until "
+                f"{one.name}, {other.name}",
+                f"{one.name} and {other.name} read the same signal in every run",
+                "look for the cables or the columns of both; leave out the one that is wrong until "
                 "it is found",
                 1.0,
                 sample_of(campaign.runs[0].file, 0),

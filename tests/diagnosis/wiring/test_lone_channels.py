@@ -200,3 +200,11 @@ def test_a_run_without_which_the_others_agree_is_named():
     text, share = rivals(louder)["wiring/input_gain", run]
     assert share > 0.9
     assert float(text.split()[4]) == pytest.approx(1.3, rel=0.01)
+
+
+@pytest.mark.long
+def test_two_channels_on_one_cable_are_told_once():
+    campaign = with_signal(carrier(NOTHING), "s137", lambda run: run.signals["s227"])
+    findings = examined(campaign, default_curves()).diagnosis().warnings
+    told = [one for one in findings if "copied_channel" in (one.check, one.id.split("/")[-1])]
+    assert [(one.id, one.about) for one in told] == [("wiring/copied_channel", "s137")]
