@@ -242,8 +242,12 @@ def checked_baseline(
     shares = [(rival, share_of(rival)) for rival in tried]
     half: tuple[WiringRival, ...] = ()
     if max((share for _, share in shares), default=0.0) < 1.0 - _AS_GOOD:
-        alone = (rival for rival in (*tried, *untold) if rival.corrected and not rival.laws)
-        half = tuple(rival for rival in alone if share_of(rival) >= _REPORTED)
+        half = tuple(
+            rival
+            for rival in (*tried, *untold)
+            if rival.corrected and rival.id not in _OF_NO_KIND and not rival.laws
+            if share_of(rival) >= _REPORTED
+        )
     # Of one fault the first model that explains it: a further law must explain more.
     best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
     for rival, share in shares:
