@@ -361,7 +361,7 @@ def separating_trial(
     """
     floor = float(np.sqrt(problem.noise_floor_square))
     ratios: dict[str, float] = {}
-    for experiment in problem.candidate_experiments():
+    for experiment in problem.for_laws((*first.effects, *second.effects)).candidate_experiments():
         note(f"trial: {experiment.text}")
         ratio = _separation(experiment, first, second) / floor
         if np.isfinite(ratio) and ratio > _SEPARATES:

@@ -6,7 +6,7 @@ Its library, and everything else as algebra on sums over the records.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property, partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -344,6 +344,12 @@ class CarrierProblem(ComparisonProblem):
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
         return self._residuals.overlays(effects, theta)
+
+    def for_laws(self, laws: Effects) -> Self:
+        """The same with the effects of some laws: experiments hold no columns of the others."""
+        effects = {name: self.model.effects[name] for name in (*self.model.contained, *laws)}
+        source = replace(self.model.source, effects=effects)
+        return replace(self, model=replace(self.model, source=source))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied, and a radial sensor where the carrier is as drawn."""

@@ -178,9 +178,12 @@ class ElementModel(ModelInTime):
         None where one of them has dry friction, sliders, memory or a law that is no even table over
         the deflection, or where the force is predicted.
         """
-        if not self.by_force:
+        if not self.by_force or self._values(effects, runs[0][1][0]).table is None:
             return None
-        lanes = [(record, self._values(effects, theta)) for record, sets in runs for theta in sets]
+        # Records share most sets.
+        distinct = {theta.tobytes(): theta for _, sets in runs for theta in sets}
+        of_set = {key: self._values(effects, theta) for key, theta in distinct.items()}
+        lanes = [(record, of_set[theta.tobytes()]) for record, sets in runs for theta in sets]
         if any(values.table is None for _, values in lanes):
             return None
         lengths = [_n_driven(record) for record, _ in lanes]

@@ -200,7 +200,8 @@ def _whole_cost(
 
 
 def _best_start(cost_of: "SegmentCost", candidates: Sequence[FloatArray]) -> FloatArray:
-    return candidates[ranked_starts([cost_of.at(theta) for theta in candidates])[0]]
+    distinct = list({theta.tobytes(): theta for theta in candidates}.values())
+    return distinct[ranked_starts([cost_of.at(theta) for theta in distinct])[0]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from carrierflex.diagnosis.inference.law_fits import (
     HeldOut,
     LawFits,
     explained_share,
-    fold_theta,
+    fold_thetas,
     law_fits,
 )
 from carrierflex.diagnosis.inference.results import (
@@ -187,7 +187,7 @@ def _extrapolation(search: LawFits, accepted: Effects) -> float:
     squares = []
     for effects in ((), accepted):
         fit = search.score(effects).fit
-        theta = fold_theta(problem, fit, fold)
+        (theta,) = fold_thetas(problem, fit, fold)
         # The fit may hold the same effects in another order.
         squares.append(problem.squares(fit.effects, theta, fold.held_out)[fold.held_out].sum())
     return float(np.sqrt(squares[1] / squares[0]))
@@ -201,7 +201,7 @@ def _extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fo
         return None
     sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
     outside = condition == max(sizes, key=lambda name: sizes[name])
-    return Fold(~outside, np.zeros_like(outside), outside)
+    return Fold(outside, (outside,))
 
 
 def _validation(

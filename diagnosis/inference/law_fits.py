@@ -41,13 +41,11 @@ _FOLD_STOP = StopRule(most_steps=4)
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """One split of the segments."""
+    """One split of the segments: those held out, and all others, which fit what runs share."""
 
-    #: training, run_specific, held_out: segments that fit what runs share; segments of held-out
-    #: runs that fit the parameters of those runs only; segments scored, shape (n_segments,)
-    training: BoolArray
-    run_specific: BoolArray
-    held_out: BoolArray
+    held_out: BoolArray  # Segments that fit nothing that runs share, shape (n_segments,)
+    #: Held-out segments that are scored together, in turn; the others fit the values of their runs
+    scored: tuple[BoolArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,45 +66,44 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     """
     condition = np.array([segment.condition for segment in segments])
     block = np.array([segment.block for segment in segments])
-    nothing = np.zeros(condition.size, dtype=bool)
     names = sorted(set(condition))
     folds = []
     for name in names:
         of_name = condition == name
         if len(names) >= FEWEST_CONDITIONS:
-            scored = [of_name & (block % 2 == k) for k in (0, 1)] if runs_have_own else [of_name]
-            folds += [Fold(~of_name, of_name & ~some, some) for some in scored]
+            halves = [of_name & (block % 2 == k) for k in (0, 1)] if runs_have_own else [of_name]
+            folds.append(Fold(of_name, tuple(half for half in halves if half.any())))
         else:
             n_groups = _BLOCK_GROUPS if len(names) == 1 else 2
             # Number of each segment within its condition.
             group = (np.cumsum(of_name) - 1) % n_groups
-            scored = [of_name & (group == k) for k in range(n_groups)]
-            folds += [Fold(~some, nothing, some) for some in scored]
-    return tuple(fold for fold in folds if fold.held_out.any())
+            groups = [of_name & (group == k) for k in range(n_groups)]
+            folds += [Fold(some, (some,)) for some in groups if some.any()]
+    return tuple(folds)
 
 
-def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
-    """Parameters fitted without the held-out segments, shape (p,).
+def fold_thetas(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> Iterator[FloatArray]:
+    """Parameters fitted without the segments that are scored in turn, shape (p,) each.
 
     Those that the training segments do not determine are fitted to the other segments of the
     held-out runs: the values of these runs, and of a law by itself what acts in no other run, as
     the compliance to a radial load that one run alone has.
     """
-    in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
+    in_training = {problem.segments[k].run for k in np.flatnonzero(~fold.held_out)}
     free = np.array(
         [parameter.run is None or parameter.run in in_training for parameter in fit.parameters],
         dtype=bool,
     )
     # A further law must pay in runs that it was not fitted to.
-    if fold.run_specific.any() and len(fit.effects) == 1:
-        free &= ~_acts_elsewhere(fit, fold.training)
+    if len(fold.scored) > 1 and len(fit.effects) == 1:
+        free &= ~_acts_elsewhere(fit, ~fold.held_out)
     training = SegmentCost(
-        problem, fit.effects, fit.prior, chosen=fold.training, free=free, stop=_FOLD_STOP
+        problem, fit.effects, fit.prior, chosen=~fold.held_out, free=free, stop=_FOLD_STOP
     )
     theta, _ = training.least(fit.theta, fit.sums)
-    if fold.run_specific.any() and not free.all():
-        theta, _ = replace(training, chosen=fold.run_specific, free=~free).least(theta)
-    return theta
+    for scored in fold.scored:
+        others = replace(training, chosen=fold.held_out & ~scored, free=~free)
+        yield others.least(theta)[0] if others.chosen.any() and not free.all() else theta
 
 
 def _acts_elsewhere(fit: EffectFit, chosen: BoolArray) -> BoolArray:
@@ -310,9 +307,9 @@ def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold
     square = np.full(len(problem.segments), np.nan)
     with single_threaded():
         for fold in folds:
-            theta = fold_theta(problem, fit, fold)
-            squares = problem.squares(fit.effects, theta, fold.held_out)
-            square[fold.held_out] = squares[fold.held_out].sum(axis=1)
+            for scored, theta in zip(fold.scored, fold_thetas(problem, fit, fold), strict=True):
+                squares = problem.squares(fit.effects, theta, scored)
+                square[scored] = squares[scored].sum(axis=1)
     return HeldOut(fit, square)
 
 

@@ -9,7 +9,7 @@ the parameters ``J = d predicted / d theta``.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -138,6 +138,10 @@ class ComparisonProblem(ABC):
 
         With no effects, the gap of the baseline alone; empty where nothing is drawn.
         """
+
+    def for_laws(self, laws: Effects) -> Self:
+        """Problem for a fit of some laws: columns of the others are made along no record."""
+        return self
 
     @abstractmethod
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:

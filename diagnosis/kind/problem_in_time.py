@@ -48,7 +48,7 @@ _LEAST_SHARE = 0.1
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
 #: Samples of all runs from which threads are worth their start.
-_THREADED = 2_000
+_THREADED = 100_000
 #: Predictions that are asked for at once.
 _TOGETHER = 32
 

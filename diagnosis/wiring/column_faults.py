@@ -104,9 +104,9 @@ def filtered_signals(
         return size * 2.0 ** float(best.x), float(best.fun)
 
     times = mean_step(runs[0].time) * 2.0**_SHARED_FILTERS
-    n = min(_MEANS, key=partial(residual_of, _mean))
-    time = min(times, key=partial(residual_of, low_pass))
-    if min(residual_of(_mean, n), residual_of(low_pass, time)) > gap.remaining(SCREENED):
+    of_mean, n = min((residual_of(_mean, size), size) for size in _MEANS)
+    of_filter, time = min((residual_of(low_pass, size), size) for size in times)
+    if min(of_mean, of_filter) > gap.remaining(SCREENED):
         return
     (time, of_filter), of_mean = fitted(low_pass, time), refit(_mean, n)
     square = min(of_filter, of_mean)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import cfunc, njit, types
 from numpy.typing import NDArray
 
 from carrierflex.simulation.element.memory_kernels import (
@@ -72,7 +72,7 @@ _law = types.FunctionType(LAW_SIGNATURE)
 RUNAWAY = 1e3
 
 
-@njit(LAW_SIGNATURE, cache=True)
+@cfunc(LAW_SIGNATURE, cache=True)
 def no_law(q: float, v: float, p: Array) -> float:
     """No force: stands where the user gave no law."""
     return 0.0

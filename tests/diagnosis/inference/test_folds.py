@@ -18,23 +18,22 @@ def test_every_segment_is_scored_once_and_never_trains_its_own_fold():
             assert len(folds) >= 2
             assert_allclose(np.sum([fold.held_out for fold in folds], axis=0), 1)
             for fold in folds:
-                assert not (fold.training & fold.held_out).any()
-                assert not (fold.run_specific & fold.held_out).any()
-                assert fold.training.any()
+                assert_allclose(np.sum(fold.scored, axis=0), fold.held_out)
+                assert not fold.held_out.all()
 
 
 def test_with_three_conditions_a_whole_condition_is_left_out():
     blocks = segments("ABC")
     for fold in held_out_folds(blocks, runs_have_own=False):
         left_out = {blocks[k].condition for k in np.flatnonzero(fold.held_out)}
-        trained = {blocks[k].condition for k in np.flatnonzero(fold.training)}
+        trained = {blocks[k].condition for k in np.flatnonzero(~fold.held_out)}
         assert len(left_out) == 1
         assert not left_out & trained
 
 
 def test_runs_own_parameters_are_fitted_on_the_other_blocks_of_the_held_out_run():
     for fold in held_out_folds(segments("ABC"), runs_have_own=True):
-        assert fold.run_specific.sum() == fold.held_out.sum() == 2
+        assert [scored.sum() for scored in fold.scored] == [2, 2]
 
 
 def test_extrapolation_leaves_out_the_largest_gap():
