@@ -84,7 +84,13 @@ _NAMES = {
 
 
 def plain_name(effect: str) -> str:
-    """Effect id, or id of a class, in words: ``cubic stiffness``, ``tilt of the housing``."""
+    """Effect id, or id of a class, in words: ``cubic stiffness``, ``tilt of the housing``.
+
+    Of the measured shape of a class, ``measured housing/tilt/none``, both parts.
+    """
+    measured, _, name = effect.partition(" ")
+    if name:
+        return f"{measured} {plain_name(name)}"
     if effect in _NAMES:
         return _NAMES[effect]
     shape, _, follows = effect.rpartition("/")

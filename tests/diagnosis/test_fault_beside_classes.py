@@ -78,7 +78,7 @@ def test_the_zero_of_the_angle_is_told_beside_a_cause_that_it_hides():
     degrees = float(text.split("moved by ")[1].split(" degrees")[0])
     # Sought without the cause, which hides half a degree of it.
     assert degrees == pytest.approx(-10.0, abs=0.6)
-    assert "measured carrier/waves/torque" in text
+    assert "measured waves fixed to the carrier" in text
 
 
 @pytest.mark.long

@@ -43,4 +43,4 @@ def test_a_main_bearing_that_is_elsewhere_is_told_beside_a_cause():
     (text,) = [one.text for one in diagnosis.warnings if one.id == LENGTH]
     x = float(text.split("main bearing ")[1].split(" m ")[0])
     assert x == pytest.approx(RIG.main_bearing_x, rel=0.03)
-    assert "measured bushings/memory explains 100%" in text
+    assert "measured memory of the bushings explains 100%" in text
