@@ -1,7 +1,8 @@
 """What a logger's file holds: tables of columns that share one clock."""
 
+import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.shown_values import shortened
+from carrierflex.identification.logs.logged_units import dimension_of, unit_behind
 
 FloatArray = NDArray[np.float64]
 #: Name, values and unit of a column.
 NamedColumn = tuple[str, NDArray[np.generic], str]
 #: Numbers of one file: 4 GB of them.
 MOST_NUMBERS = 500_000_000
+#: Words in the names of columns of time, in the languages of those who wrote such loggers.
+_TIME = r"\b(time|zeit|t|timestamp|datum|date|tid|temps|clock)\b|^zeit|^time|zeitstempel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,23 +79,92 @@ def table_of_columns(
     step, start : float, optional
         Clock of the file [s], as of :class:`LogTable`.
     """
-    short = _short_names([name for name, _, _ in columns])
+    return _table(path, columns, Counter(), (step, start))
+
+
+def _table(
+    path: Path,
+    columns: Sequence[NamedColumn],
+    others: Mapping[str, int],
+    clock: tuple[float | None, float],
+) -> LogTable:
+    """Table whose columns have short names where they are clear: `others` are of other tables."""
+    within = Counter(_last(name) for name, *_ in columns)
+
+    def called(name: str, unit: str) -> str:
+        short = _last(name)
+        clear = within[short] == 1 and (not others.get(short) or is_clock(name, unit))
+        return short if clear else name
+
     return LogTable(
         path.name,
-        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in columns},
-        {short[name]: unit for name, _, unit in columns if unit},
-        step=step,
-        start=start,
+        {called(name, unit): np.asarray(values, np.float64) for name, values, unit in columns},
+        {called(name, unit): unit for name, _, unit in columns if unit},
+        step=clock[0],
+        start=clock[1],
     )
 
 
-def _short_names(names: Sequence[str]) -> dict[str, str]:
-    """Last member of every path where it occurs once in the table, else the path."""
-    last = [name.rpartition("/")[2] for name in names]
-    return {
-        name: short if last.count(short) == 1 else name
-        for name, short in zip(names, last, strict=True)
-    }
+def grouped_tables(
+    path: Path, clocks: Iterable[tuple[Sequence[NamedColumn], float | None, float]]
+) -> tuple[LogTable, ...]:
+    """Tables of a file whose columns are called after their paths.
+
+    Groups of one length whose columns of time differ become tables of their own. A column is
+    called by the last member of its path where no other table holds such a one; a column of time
+    is where its table holds no other.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    clocks : iterable of (sequence of (name, ndarray, unit), step, start)
+        Columns of one length, and the clock [s] that the file states for them, as of
+        :class:`LogTable`.
+    """
+    parts = [(part, step, start) for columns, step, start in clocks for part in _by_clock(columns)]
+    counts = Counter(_last(name) for columns, *_ in parts for name, *_ in columns)
+    return tuple(
+        _table(path, columns, counts - Counter(_last(name) for name, *_ in columns), (step, start))
+        for columns, step, start in parts
+    )
+
+
+def _last(name: str) -> str:
+    return name.rpartition("/")[2]
+
+
+def is_clock(name: str, unit: str) -> bool:
+    """Whether a column is one of time, by its name or its unit."""
+    if re.search(_TIME, _last(name).lower()):
+        return True
+    return dimension_of(unit or unit_behind(name)) == dimension_of("s")
+
+
+def _by_clock(columns: Sequence[NamedColumn]) -> list[Sequence[NamedColumn]]:
+    """Columns of one length, apart where their groups have columns of time that differ.
+
+    A column follows the time of its group, or of the nearest group above it.
+    """
+    groups = {name.rpartition("/")[0] for name, *_ in columns}
+    if len(groups) == 1:
+        return [columns]
+    clocks: dict[str, NDArray[np.generic]] = {}
+    for name, values, unit in columns:
+        if is_clock(name, unit):
+            clocks.setdefault(name.rpartition("/")[0], values)
+    first = next(iter(clocks.values()), None)
+    if first is None or all(
+        np.array_equal(values, first, equal_nan=True) for values in clocks.values()
+    ):
+        return [columns]
+    parts: dict[str, list[NamedColumn]] = {}
+    for column in columns:
+        group = column[0].rpartition("/")[0]
+        while group and group not in clocks:
+            group = group.rpartition("/")[0]
+        parts.setdefault(group, []).append(column)
+    return list(parts.values())
 
 
 def run_tables(files: Sequence[Sequence[LogTable]], time: str | None) -> list[LogTable]:
@@ -137,7 +210,7 @@ def table_with(tables: Sequence[LogTable], column: str) -> LogTable:
     if holding:
         raise ValueError(
             f"column '{shortened(column)}' occurs {len(holding)} times in {files}; expected one: "
-            "rename it, or leave a file out of the run"
+            "rename it, leave a file out of the run, or give each sheet a file of its own"
         )
     in_files = [name for table in tables for name in table.names if name.endswith(f": {column}")]
     if in_files:

@@ -13,7 +13,7 @@ from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import is_pulse_train
 from carrierflex.identification.logs.clocks import date_format, even_step
 from carrierflex.identification.logs.log_files import read_log, words_of
-from carrierflex.identification.logs.log_table import LogTable, run_tables, table_with
+from carrierflex.identification.logs.log_table import LogTable, is_clock, run_tables, table_with
 from carrierflex.identification.logs.logged_units import (
     PULSES,
     dimension_of,
@@ -25,7 +25,6 @@ from carrierflex.simulation.mounting.rig import SENSORS
 
 #: Words in the names of columns, in the languages of those who wrote such loggers.
 _WORDS = {
-    "time": r"\b(time|zeit|t|timestamp|datum|date|tid|temps|clock)\b|^zeit|^time|zeitstempel",
     "carrier_angle": r"angle|winkel|azimuth|theta|encoder|rotor.?pos|drehgeber|pulse|puls|count",
     "torque": r"torque|moment|drehm|trq|\bmd\b|\bmx\b",
     "speed": r"speed|rpm|drehzahl|omega|\bn\b",
@@ -41,6 +40,10 @@ _SET_POINT = r"target|soll|set.?point|\bset\b|command|\bcmd\b|demand|\bref\b|ref
 _MEASURED = ("force", "displacement", "base_displacement", "base_acceleration")
 #: A range of values beyond this many radians is one of degrees.
 _RADIANS = 7.0
+_TIME_UNITS = (1e-9, 1e-6, 1e-3, 1.0, 60.0, 3600.0)
+#: Units of time over one another; share of a record by which its clocks may drift apart.
+_TIME_SCALES = sorted({a / b for a in _TIME_UNITS for b in _TIME_UNITS})
+_SAME_SPAN = 0.01
 
 
 @dataclass(frozen=True)
@@ -184,8 +187,10 @@ def _time(tables: Sequence[LogTable]) -> Guess:
         for name, values in table.columns.items():
             unit = table.units.get(name) or unit_behind(name)
             in_seconds = dimension_of(unit) == dimension_of("s")
-            called = re.search(_WORDS["time"], name.lower())
-            if (called or in_seconds) and bool(np.all(np.diff(values) > 0.0)):
+            if is_clock(name, unit) and bool(np.all(np.diff(values) > 0.0)):
+                if rival := _rival(table, name):
+                    why = f"'{name}' and '{rival}' differ; one clock serves all columns of a table"
+                    return Guess(OPEN, "s", why)
                 if in_seconds:
                     return Guess(name, unit, "grows, and its unit is stated")
                 return Guess(name, *_time_unit(values))
@@ -197,6 +202,27 @@ def _time(tables: Sequence[LogTable]) -> Guess:
             if steps.size and np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf:
                 return Guess(name, *_time_unit(values))
     return Guess(OPEN, "s", "no column grows evenly: name it, or give rate_hz in its place")
+
+
+def _rival(table: LogTable, clock: str) -> str:
+    """Another column of time in the table, by which its rows stand at other instants; or none."""
+    first = table.columns[clock]
+    for name, values in table.columns.items():
+        rows = np.flatnonzero(np.isfinite(values))
+        if name == clock or rows.size < 3 or not is_clock(name, table.units.get(name, "")):
+            continue
+        spans = np.ptp(first[rows]), np.ptp(values[rows])
+        if not all(spans) or np.any(np.diff(values[rows]) < 0.0):
+            continue
+        # Where a unit is not stated, it is the one that suits best.
+        ratio = spans[1] / spans[0]
+        scale = min(_TIME_SCALES, key=lambda scale: abs(np.log(ratio / scale)))
+        late = float(values[rows[0]] / scale - first[rows[0]])
+        # A clock that counts from a zero of its own, as the time of day does, shares no instant.
+        overlaps = even_step(first) < abs(late) < spans[0]
+        if overlaps or abs(ratio / scale - 1.0) > _SAME_SPAN:
+            return name
+    return ""
 
 
 def _time_unit(values: NDArray[np.float64]) -> tuple[str, str]:

@@ -145,6 +145,135 @@ WRITERS = {
 }
 
 
+#: Of the signals in a group.
+NAMES, UNITS = ("time", "force", "disp"), ("s", "N", "mm")
+
+
+def write_groups(folder, groups):
+    """HDF5 file of groups of (time, force or None, displacement or None)."""
+    with h5py.File(folder / "run.h5", "w") as file:
+        for group, signals in groups.items():
+            for name, unit, values in zip(NAMES, UNITS, signals, strict=True):
+                if values is not None:
+                    file[f"{group}/{name}"] = values
+                    file[f"{group}/{name}"].attrs["unit"] = unit
+    return folder / "run.h5"
+
+
+def write_structures(folder, groups):
+    names = ("time", "force_N", "disp_mm")
+    content = {
+        group: {name: v for name, v in zip(names, signals, strict=True) if v is not None}
+        for group, signals in groups.items()
+    }
+    savemat(folder / "run.mat", content)
+    return folder / "run.mat"
+
+
+def write_tdms(folder, channels):
+    """TDMS file of (group, name, unit, values, properties)."""
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(folder / "run.tdms") as file:
+        file.write_segment(
+            [
+                nptdms.ChannelObject(group, name, values, {"unit_string": unit, **facts})
+                for group, name, unit, values, facts in channels
+            ]
+        )
+    return folder / "run.tdms"
+
+
+def write_tdms_groups(folder, groups):
+    channels = [
+        (group, name, unit, values, {})
+        for group, signals in groups.items()
+        for name, unit, values in zip(NAMES, UNITS, signals, strict=True)
+        if values is not None
+    ]
+    return write_tdms(folder, channels)
+
+
+def write_started_waveforms(folder, groups):
+    """Waveforms whose clocks are stated by the instant of their first sample."""
+    midnight = np.datetime64("2026-05-04T00:00:00.000000")
+    channels = []
+    for group, (time, *signals) in groups.items():
+        begin = midnight + np.timedelta64(round(1e6 * time[0]), "us")
+        facts = {"wf_start_time": begin, "wf_start_offset": 0.0, "wf_increment": time[1] - time[0]}
+        channels += [
+            (group, name, unit, values, facts)
+            for name, unit, values in zip(("force", "disp"), ("N", "mm"), signals, strict=True)
+            if values is not None
+        ]
+    return write_tdms(folder, channels)
+
+
+def write_dated_groups(folder, groups):
+    midnight = np.datetime64("2026-05-04T00:00:00.000000")
+    dated = {
+        group: (midnight + (1e6 * time).round().astype("timedelta64[us]"), *signals)
+        for group, (time, *signals) in groups.items()
+    }
+    return write_tdms_groups(folder, dated)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        write_groups,
+        write_structures,
+        write_tdms_groups,
+        write_started_waveforms,
+        write_dated_groups,
+    ],
+)
+def test_groups_of_one_length_keep_their_clocks(write, tmp_path):
+    # As many samples at half the rate, one second later.
+    late = 1.0 + 2.0 * TIME
+    travel = 2.0 * np.sin(5.0 * late - 0.1)
+    path = write(tmp_path, {"fast": (TIME, FORCE, None), "slow": (late, None, travel)})
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    run = imported.campaign.runs[0]
+    (measured,) = run.signals.values()
+    assert_allclose(run.time, late[: run.time.size], atol=1e-9)
+    assert_allclose(measured, 2e-3 * np.sin(5.0 * run.time - 0.1), atol=1e-9)
+    force = 1e3 * np.sin(5.0 * run.time) + 1.0 / 3.0
+    # Spline and filter of the change of clock; the other clock would be off by the amplitude.
+    assert_allclose(run.inputs["force"], force, atol=1.0)
+
+
+@pytest.mark.parametrize("n_second", [400, 300])
+def test_runs_in_groups_of_a_file_are_named_as_left_out(n_second, tmp_path):
+    rows = slice(n_second)
+    groups = {
+        "run1": (TIME, FORCE, TRAVEL),
+        "run2": (TIME[rows], 2.0 * FORCE[rows], TRAVEL[rows]),
+    }
+    path = write_groups(tmp_path, groups)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert {"run2/force", "run2/disp"} <= set(guess.left_out)
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    assert_array_equal(imported.campaign.runs[0].inputs["force"], FORCE)
+
+
+def test_clocks_of_one_table_that_differ_are_asked_about(tmp_path):
+    columns = {"Time A [s]": TIME, "Force [N]": FORCE, "Time B [s]": 2.0 * TIME, "Weg [mm]": TRAVEL}
+    for name, other in (("apart", 2.0 * TIME), ("late", TIME + 0.5), ("same", 1e3 * TIME + 1.7e12)):
+        frame = pd.DataFrame(columns | {"Time B [s]": other})
+        frame = frame.rename(columns={"Time B [s]": "timestamp"}) if name == "same" else frame
+        frame.to_csv(tmp_path / f"{name}.csv", index=False)
+        guess = new_campaign(
+            kind="element",
+            from_=[tmp_path / f"{name}.csv"],
+            drive="force",
+            out=tmp_path / f"{name}.toml",
+        )
+        asked = any("'Time A [s]' and 'Time B [s]' differ" in line for line in guess.open_keys)
+        assert asked == (name != "same")
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_files_of_other_libraries_become_a_campaign_with_their_units(name, tmp_path):
     path = WRITERS[name](tmp_path)
