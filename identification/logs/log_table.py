@@ -40,6 +40,8 @@ class LogTable:
         of a column.
     notes : tuple of str
         What was left out while reading.
+    paths : mapping of str to str
+        Of a file with groups, names of the columns with those of their groups: ``run1/force``.
     """
 
     file: str
@@ -49,6 +51,7 @@ class LogTable:
     step: float | None = None
     start: float = 0.0
     notes: tuple[str, ...] = ()
+    paths: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,11 +82,11 @@ def table_of_columns(
     step, start : float, optional
         Clock of the file [s], as of :class:`LogTable`.
     """
-    return _table(path, columns, Counter(), (step, start))
+    return replace(_table(path.name, columns, Counter(), (step, start)), paths={})
 
 
 def _table(
-    path: Path,
+    file: str,
     columns: Sequence[NamedColumn],
     others: Mapping[str, int],
     clock: tuple[float | None, float],
@@ -97,11 +100,12 @@ def _table(
         return short if clear else name
 
     return LogTable(
-        path.name,
+        file,
         {called(name, unit): np.asarray(values, np.float64) for name, values, unit in columns},
         {called(name, unit): unit for name, _, unit in columns if unit},
         step=clock[0],
         start=clock[1],
+        paths={called(name, unit): name for name, _, unit in columns},
     )
 
 
@@ -123,9 +127,15 @@ def grouped_tables(
         :class:`LogTable`.
     """
     parts = [(part, step, start) for columns, step, start in clocks for part in _by_clock(columns)]
+    return _tables(path.name, parts)
+
+
+def _tables(
+    file: str, parts: Sequence[tuple[Sequence[NamedColumn], float | None, float]]
+) -> tuple[LogTable, ...]:
     counts = Counter(_last(name) for columns, *_ in parts for name, *_ in columns)
     return tuple(
-        _table(path, columns, counts - Counter(_last(name) for name, *_ in columns), (step, start))
+        _table(file, columns, counts - Counter(_last(name) for name, *_ in columns), (step, start))
         for columns, step, start in parts
     )
 
@@ -165,6 +175,54 @@ def _by_clock(columns: Sequence[NamedColumn]) -> list[Sequence[NamedColumn]]:
             group = group.rpartition("/")[0]
         parts.setdefault(group, []).append(column)
     return list(parts.values())
+
+
+def run_groups(tables: Sequence[LogTable]) -> tuple[str, ...]:
+    """Groups of a file that hold the same columns, as those of several runs; none where one alone.
+
+    A group that holds one signal and its time is a channel, no run.
+    """
+    members: dict[str, set[str]] = {}
+    for table in tables:
+        for name, path in table.paths.items():
+            group, _, last = path.rpartition("/")
+            if group and not is_clock(last, table.units.get(name, "")):
+                members.setdefault(group, set()).add(last)
+    alike = len(members) > 1 and len({frozenset(names) for names in members.values()}) == 1
+    return tuple(members) if alike and len(next(iter(members.values()))) > 1 else ()
+
+
+def tables_of_group(tables: Sequence[LogTable], group: str) -> tuple[LogTable, ...]:
+    """Columns of one group, called by their names in it, and those of the groups above it.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such group; the message names those of the file.
+    """
+    above = {""} | {group[:at] for at, sign in enumerate(group) if sign == "/"}
+    parts = []
+    inside = False
+    for table in tables:
+        columns: list[NamedColumn] = []
+        for name, path in table.paths.items():
+            is_member = path.startswith(f"{group}/")
+            inside |= is_member
+            if is_member or path.rpartition("/")[0] in above:
+                unit = table.units.get(name, "")
+                columns.append((path.removeprefix(f"{group}/"), table.columns[name], unit))
+        if columns:
+            parts.append((columns, table.step, table.start))
+    if not inside:
+        groups = {path.rpartition("/")[0] for table in tables for path in table.paths.values()}
+        known = shortened(", ".join(sorted(groups - {""})), 400) or "none"
+        raise ValueError(
+            f"{tables[0].file}: no group '{shortened(group)}' with columns; expected one of the "
+            f"file's: {known}"
+        )
+    notes = tuple(note for table in tables for note in table.notes)
+    first, *others = _tables(tables[0].file, parts)
+    return (replace(first, notes=notes), *others)
 
 
 def run_tables(files: Sequence[Sequence[LogTable]], time: str | None) -> list[LogTable]:

@@ -13,7 +13,14 @@ from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import is_pulse_train
 from carrierflex.identification.logs.clocks import date_format, even_step
 from carrierflex.identification.logs.log_files import read_log, words_of
-from carrierflex.identification.logs.log_table import LogTable, is_clock, run_tables, table_with
+from carrierflex.identification.logs.log_table import (
+    LogTable,
+    is_clock,
+    run_groups,
+    run_tables,
+    table_with,
+    tables_of_group,
+)
 from carrierflex.identification.logs.logged_units import (
     PULSES,
     dimension_of,
@@ -63,6 +70,15 @@ class Guess:
     why: str = ""
 
 
+@dataclass(frozen=True)
+class RunGuess:
+    """A run: its name, its files, and the group in them that holds it."""
+
+    name: str
+    files: tuple[str, ...]
+    group: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class MapGuess:
     """Everything that a new map states.
@@ -79,7 +95,7 @@ class MapGuess:
         By name of the contract.
     channels : sequence of (name, Guess, facts)
         Facts are further keys, as the angle of a sensor.
-    runs : sequence of (name, files)
+    runs : sequence of RunGuess
         Records.
     others : sequence of str
         Columns that were not taken.
@@ -94,7 +110,7 @@ class MapGuess:
     rate_hz: float | None
     inputs: Mapping[str, Guess]
     channels: Sequence[tuple[str, Guess, Mapping[str, Any]]]
-    runs: Sequence[tuple[str, tuple[str, ...]]]
+    runs: Sequence[RunGuess]
     others: Sequence[str]
     dialects: Mapping[str, str] = field(default_factory=dict)
 
@@ -118,11 +134,11 @@ def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> Map
         Where a file is refused.
     """
     logs = {path: read_log(path) for path in files}
-    runs = _runs(logs)
-    first = [path for path in files if path.name in runs[0][1]]
-    tables = [table for path in first for table in logs[path]]
-    time = _time(tables)
-    tables = run_tables([logs[path] for path in first], time.column)
+    runs = _runs_in_groups(logs) or _runs(logs)
+    first, group = [logs[path] for path in files if path.name in runs[0].files], runs[0].group
+    first = [tables_of_group(tables, group) for tables in first] if group else first
+    time = _time([table for tables in first for table in tables])
+    tables = run_tables(first, time.column)
     free = [name for table in tables for name in table.columns if name != time.column]
     units = {name: _unit(table_with(tables, name), name) for name in free}
     rig: dict[str, Any] = {"drive": drive or _drive(units)} if kind == "element" else {}
@@ -155,7 +171,25 @@ def _taken(inputs: Mapping[str, Guess]) -> set[str]:
     return {guess.column for guess in inputs.values()}
 
 
-def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[str, ...]]]:
+def _runs_in_groups(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[RunGuess]:
+    """Every group of every file, where all of them hold the same columns; none otherwise."""
+    groups = {path: run_groups(tables) for path, tables in logs.items()}
+    columns = {
+        tuple(sorted(name for table in tables_of_group(logs[path], group) for name in table.names))
+        for path, names in groups.items()
+        for group in names
+    }
+    if not all(groups.values()) or len(columns) != 1:
+        return []
+    of_file = {path: f"{path.stem}_" if len(logs) > 1 else "" for path in logs}
+    return [
+        RunGuess(_run_name(of_file[path] + group), (path.name,), group)
+        for path, names in groups.items()
+        for group in names
+    ]
+
+
+def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[RunGuess]:
     """Files of the same columns are runs; several such groups of one size go together in order."""
     # Files of one column are told apart by what their names call it.
     groups: dict[tuple[str, ...], list[str]] = {}
@@ -165,16 +199,16 @@ def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[st
             names += tuple(role for role in _MEASURED if _is_called(path.stem, role))[:1]
         groups.setdefault(names, []).append(path.name)
     if len({len(group) for group in groups.values()}) > 1:
-        return [("run1", tuple(path.name for path in logs))]
+        return [RunGuess("run1", tuple(path.name for path in logs))]
     runs = list(zip(*groups.values(), strict=True))
-    stems = [_stem(files[0]) for files in runs]
+    stems = [_run_name(Path(files[0]).stem) for files in runs]
     if len(set(stems)) < len(stems):
         stems = [f"run{number}" for number in range(1, len(runs) + 1)]
-    return [(stem, tuple(files)) for stem, files in zip(stems, runs, strict=True)]
+    return [RunGuess(stem, tuple(files)) for stem, files in zip(stems, runs, strict=True)]
 
 
-def _stem(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "_", Path(name).stem).strip("._-") or "run1"
+def _run_name(text: str) -> str:
+    return re.sub(r"[^\w.-]+", "_", text).strip("._-") or "run1"
 
 
 def _time(tables: Sequence[LogTable]) -> Guess:

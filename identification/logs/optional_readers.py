@@ -8,7 +8,6 @@ import datetime
 import logging
 import re
 import struct
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -254,27 +253,23 @@ def mdf_log(path: Path) -> tuple[LogTable, ...]:
         for signal in file.iter_channels(skip_master=True):
             if signal.samples.dtype.kind in "fiub" and signal.samples.ndim == 1:
                 groups.setdefault(signal.group_index, []).append(signal)
-    counts = Counter(signal.name for signals in groups.values() for signal in signals)
     tables = []
     for number, signals in groups.items():
         time = np.asarray(signals[0].timestamps, dtype=np.float64)
         if time.size < 2:
             continue
-        called = [
-            signal.name if counts[signal.name] == 1 else f"{signal.name} (group {number + 1})"
-            for signal in signals
-        ]
+        names = _different([TIME, *(signal.name for signal in signals)])
         columns = [
-            (name, signal.samples, signal.unit or "")
-            for name, signal in zip(_different([TIME, *called])[1:], signals, strict=True)
+            (f"group {number + 1}/{name}", signal.samples, signal.unit or "")
+            for name, signal in zip(names[1:], signals, strict=True)
         ]
-        tables.append(table_of_columns(path, [(TIME, time, "s"), *columns]))
+        tables.append(([(f"group {number + 1}/{TIME}", time, "s"), *columns], None, 0.0))
     if not tables:
         raise ValueError(
             f"{path}: no channel of numbers; expected measured signals: decode the bus traffic "
             "to signals first"
         )
-    return tuple(tables)
+    return grouped_tables(path, tables)
 
 
 def workbook_log(path: Path) -> tuple[LogTable, ...]:

@@ -244,18 +244,65 @@ def test_groups_of_one_length_keep_their_clocks(write, tmp_path):
     assert_allclose(run.inputs["force"], force, atol=1.0)
 
 
+def write_mdf_groups(folder, groups):
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        for time, *signals in groups.values():
+            file.append(
+                [
+                    asammdf.Signal(values, time, name=name, unit=unit)
+                    for name, unit, values in zip(NAMES[1:], UNITS[1:], signals, strict=True)
+                ]
+            )
+        return file.save(folder / "run.mf4")
+
+
 @pytest.mark.parametrize("n_second", [400, 300])
-def test_runs_in_groups_of_a_file_are_named_as_left_out(n_second, tmp_path):
+@pytest.mark.parametrize(
+    "write",
+    [write_groups, write_structures, write_tdms_groups, write_started_waveforms, write_mdf_groups],
+)
+def test_groups_of_the_same_columns_are_runs(write, n_second, tmp_path):
     rows = slice(n_second)
     groups = {
-        "run1": (TIME, FORCE, TRAVEL),
-        "run2": (TIME[rows], 2.0 * FORCE[rows], TRAVEL[rows]),
+        "group 1": (TIME, FORCE, TRAVEL),
+        "group 2": (TIME[rows], 2.0 * FORCE[rows], 3.0 * TRAVEL[rows]),
     }
+    path = write(tmp_path, groups)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    assert not guess.left_out
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    first, second = imported.campaign.runs
+    assert (first.name, second.name) == ("group_1", "group_2")
+    for run, (time, force, travel) in zip((first, second), groups.values(), strict=True):
+        (measured,) = run.signals.values()
+        assert_allclose(run.time, time, atol=1e-9)
+        assert_allclose(run.inputs["force"], force, rtol=1e-12)
+        assert_allclose(measured, 1e-3 * travel, rtol=1e-12)
+
+
+def test_runs_in_groups_may_share_the_time_above_them(tmp_path):
+    path = write_groups(tmp_path, {"a": (None, FORCE, TRAVEL), "b": (None, -FORCE, TRAVEL)})
+    with h5py.File(path, "r+") as file:
+        file["time"] = TIME
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    assert_array_equal(imported.campaign.runs[1].inputs["force"], -FORCE)
+    assert_array_equal(imported.campaign.runs[1].time, TIME)
+    guess.path.write_text(guess.text.replace('group = "b"', 'group = "c"'), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"run b: run\.h5: no group 'c' .*of the file's: a, b"):
+        import_records([path], map_=guess.path, out=tmp_path / "other")
+
+
+def test_columns_of_other_groups_are_named_as_left_out(tmp_path):
+    groups = {"drive": (TIME, FORCE, TRAVEL), "room": (TIME, FORCE, None)}
     path = write_groups(tmp_path, groups)
     guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
-    assert {"run2/force", "run2/disp"} <= set(guess.left_out)
+    assert guess.left_out == ("room/force", "room/time")
     imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
-    assert_array_equal(imported.campaign.runs[0].inputs["force"], FORCE)
+    (run,) = imported.campaign.runs
+    assert_array_equal(run.inputs["force"], FORCE)
 
 
 def test_clocks_of_one_table_that_differ_are_asked_about(tmp_path):
