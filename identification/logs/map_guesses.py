@@ -48,6 +48,11 @@ _MEASURED = ("force", "displacement", "base_displacement", "base_acceleration")
 #: A range of values beyond this many radians is one of degrees.
 _RADIANS = 7.0
 _TIME_UNITS = (1e-9, 1e-6, 1e-3, 1.0, 60.0, 3600.0)
+#: Seconds since 1970 of the years from 2001 to 2033.
+_EPOCHS = (1e9, 2e9)
+#: Steps of a time without a unit: seconds from the first to the second, then milliseconds. Beside
+#: them it may be anything: days of a table, microseconds, dates as one number.
+_STEPS, _LONGEST = (1e-5, 0.9, 1e3), 1e13
 #: Units of time over one another; share of a record by which its clocks may drift apart.
 _TIME_SCALES = sorted({a / b for a in _TIME_UNITS for b in _TIME_UNITS})
 _SAME_SPAN = 0.01
@@ -230,12 +235,33 @@ def _time(tables: Sequence[LogTable]) -> Guess:
                 return Guess(name, *_time_unit(values))
     if all(table.step is not None for table in tables):
         return Guess("", "s", "the files state their clock")
-    for table in tables:
-        for name, values in table.columns.items():
-            steps = np.diff(values)
-            if steps.size and np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf:
-                return Guess(name, *_time_unit(values))
+    even = [
+        (name, values)
+        for table in tables
+        for name, values in table.columns.items()
+        if not dimension_of(table.units.get(name) or unit_behind(name))
+        and _is_even(values)
+        and not _is_count(values)
+    ]
+    if len(even) > 1:
+        # At one speed it grows so too.
+        even = [one for one in even if not _is_called(one[0], "carrier_angle")]
+    if len(even) == 1:
+        return Guess(even[0][0], *_time_unit(even[0][1]))
+    if even:
+        names = ", ".join(f"'{name}'" for name, _ in even[:4])
+        return Guess(OPEN, "s", f"{names} grow evenly: name the one that is time")
     return Guess(OPEN, "s", "no column grows evenly: name it, or give rate_hz in its place")
+
+
+def _is_even(values: NDArray[np.float64]) -> bool:
+    steps = np.diff(values)
+    return steps.size > 0 and bool(np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf)
+
+
+def _is_count(values: NDArray[np.float64]) -> bool:
+    """Whether a column counts rows, which says nothing of time."""
+    return bool(np.all(np.diff(values) == 1.0))
 
 
 def _rival(table: LogTable, clock: str) -> str:
@@ -260,11 +286,15 @@ def _rival(table: LogTable, clock: str) -> str:
 
 
 def _time_unit(values: NDArray[np.float64]) -> tuple[str, str]:
-    """Unit of a time without one: steps of a tenth and more are milliseconds."""
-    step = even_step(values)
-    if step >= 0.9:
-        return "ms", f"steps of {step:.4g} without a unit: a guess"
-    return "s", f"steps of {step:.4g} without a unit: a guess"
+    """Unit of a time without one: of the clock of a computer by its size, else by its steps."""
+    step, end = even_step(values), float(np.nanmax(values))
+    for unit in ("s", "ms", "us", "ns"):
+        if _EPOCHS[0] < end * factor_to(unit, "s") < _EPOCHS[1]:
+            return unit, "counts from 1970"
+    if not _STEPS[0] <= step < _STEPS[2] or end > _LONGEST:
+        return OPEN, f"steps of {step:.4g} up to {end:.6g} without a unit"
+    unit = "ms" if step >= _STEPS[1] else "s"
+    return unit, f"steps of {step:.4g} without a unit: a guess"
 
 
 def _format(tables: Sequence[LogTable], time: Guess) -> str:

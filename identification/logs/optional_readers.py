@@ -91,8 +91,9 @@ def _library_errors(path: Path) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:
-        # An error of a library may come without a word.
-        why = " ".join(str(error).split()) or "damaged"
+        # An error of a library may come without a word, or with the key of a table of its own.
+        said = " ".join(str(error).split())
+        why = said if re.search(r"[^\W\d]{2}", said) else "damaged"
         raise ValueError(f"{path}: not {entry.words}: {why}; export it again, or as CSV") from error
     finally:
         logging.disable(before)

@@ -16,6 +16,7 @@ from scipy.io.matlab import MatlabOpaque
 from carrierflex.identification.logs.log_files import _mat_objects, read_log
 from carrierflex.identification.logs.log_formats import LOG_FORMATS
 from carrierflex.identification.logs.log_table import table_with
+from carrierflex.identification.logs.optional_readers import _library_errors
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
 
@@ -305,20 +306,49 @@ def test_columns_of_other_groups_are_named_as_left_out(tmp_path):
     assert_array_equal(run.inputs["force"], FORCE)
 
 
-def test_clocks_of_one_table_that_differ_are_asked_about(tmp_path):
-    columns = {"Time A [s]": TIME, "Force [N]": FORCE, "Time B [s]": 2.0 * TIME, "Weg [mm]": TRAVEL}
-    for name, other in (("apart", 2.0 * TIME), ("late", TIME + 0.5), ("same", 1e3 * TIME + 1.7e12)):
-        frame = pd.DataFrame(columns | {"Time B [s]": other})
-        frame = frame.rename(columns={"Time B [s]": "timestamp"}) if name == "same" else frame
-        frame.to_csv(tmp_path / f"{name}.csv", index=False)
-        guess = new_campaign(
-            kind="element",
-            from_=[tmp_path / f"{name}.csv"],
-            drive="force",
-            out=tmp_path / f"{name}.toml",
-        )
-        asked = any("'Time A [s]' and 'Time B [s]' differ" in line for line in guess.open_keys)
-        assert asked == (name != "same")
+def guessed_time(folder, columns):
+    """Column and unit of the time in a new map of a table."""
+    pd.DataFrame(columns).to_csv(folder / "a.csv", index=False)
+    guess = new_campaign(
+        kind="element", from_=[folder / "a.csv"], drive="force", out=folder / "a.toml"
+    )
+    return re.search(r'\[time\]\ncolumn = "(.*?)".*\nunit = "(.*?)"', guess.text).groups()
+
+
+@pytest.mark.parametrize(
+    ("clocks", "guess"),
+    [
+        ({"Time A [s]": TIME, "Time B [s]": 2.0 * TIME}, ("?", "s")),
+        ({"Time A [s]": TIME, "Time B [s]": TIME + 0.5}, ("?", "s")),
+        ({"Time [s]": TIME, "timestamp": 1e3 * TIME + 1.7e12}, ("Time [s]", "s")),
+        ({"A": TIME, "B": 2.0 * TIME}, ("?", "s")),
+        ({"A": TIME, "Angle": 2.0 * TIME}, ("A", "s")),
+        ({"A": TIME, "Position [mm]": 2.0 * TIME}, ("A", "s")),
+    ],
+)
+def test_clocks_of_one_table_that_differ_are_asked_about(clocks, guess, tmp_path):
+    assert guessed_time(tmp_path, clocks | {"Force [N]": FORCE, "Weg [mm]": TRAVEL}) == guess
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "guess"),
+    [
+        ("Time", TIME, ("Time", "s")),
+        ("Time", 1e3 * TIME, ("Time", "ms")),
+        ("Timestamp", 1.7e9 + 100.0 * TIME, ("Timestamp", "s")),
+        ("Timestamp", 1.7e12 + 1e3 * TIME, ("Timestamp", "ms")),
+        ("Timestamp", 1.7e15 + 1e6 * TIME, ("Timestamp", "us")),
+        # Days of a table, hours, microseconds or anything, a date as one number, rows that count.
+        ("Date", 45352.5 + TIME / 86400.0, ("Date", "?")),
+        ("Time", TIME / 3600.0, ("Time", "?")),
+        ("Time", 1e6 * TIME, ("Time", "?")),
+        ("Time", 20240301115900.0 + np.arange(400.0), ("Time", "?")),
+        ("Sample", 100.0 * TIME, ("?", "s")),
+    ],
+)
+def test_the_unit_of_a_time_without_one_is_guessed_or_asked(name, values, guess, tmp_path):
+    columns = {name: values, "Force [N]": FORCE, "Weg [mm]": TRAVEL}
+    assert guessed_time(tmp_path, columns) == guess
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -554,3 +584,13 @@ def test_other_bytes_under_a_suffix_are_refused_in_one_line(log_format, tmp_path
     with pytest.raises(ValueError, match=r"a\.") as refusal:
         read_log(path)
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("error", [KeyError((0, 1)), ValueError(""), IndexError(7)])
+def test_an_error_of_a_library_without_words_is_damage(error, tmp_path):
+    path = tmp_path / "a.mf4"
+    with (
+        pytest.raises(ValueError, match=r"a\.mf4: not an MDF file: damaged; export it again"),
+        _library_errors(path),
+    ):
+        raise error
