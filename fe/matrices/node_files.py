@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pyyeti.nastran import bulk
 
 from carrierflex.fe.matrices.stored_matrix import SCALAR, DofNames
 from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole_numbers
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
+from carrierflex.files.pyyeti_modules import bulk
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks, full_rows
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive

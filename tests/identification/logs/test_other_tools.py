@@ -343,7 +343,7 @@ def test_clocks_of_one_table_that_differ_are_asked_about(clocks, guess, tmp_path
         ("Time", TIME / 3600.0, ("Time", "?")),
         ("Time", 1e6 * TIME, ("Time", "?")),
         ("Time", 20240301115900.0 + np.arange(400.0), ("Time", "?")),
-        ("Sample", 100.0 * TIME, ("?", "s")),
+        ("Sample", np.arange(400.0), ("?", "s")),
     ],
 )
 def test_the_unit_of_a_time_without_one_is_guessed_or_asked(name, values, guess, tmp_path):
