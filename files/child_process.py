@@ -7,13 +7,17 @@ the caller's script again, so that it also serves scripts without a guarded main
 import os
 import pickle
 import resource
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
+
+from carrierflex.files.temporary_names import remove_abandoned, unfinished_name
 
 T = TypeVar("T")
 
@@ -22,6 +26,8 @@ _PROGRAM = (
     "import sys; sys.path[:] = {path!r}; "
     "from carrierflex.files import child_process; child_process._answer()"
 )
+#: What a folder of temporary files is to become, in the terms of `temporary_names`: nothing.
+_TEMPORARY = "reader"
 _is_child = False
 
 
@@ -47,20 +53,53 @@ def in_child(function: Callable[..., T], *arguments: Any, about: Path, what: str
         What the function raises.
     """
     program = _PROGRAM.format(path=sys.path)
-    # Threads of algebra are not needed to read a file and take memory each.
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-c", program],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-    )
-    try:
-        answer, _ = process.communicate(pickle.dumps((function, arguments)))
-    finally:
-        process.kill()
-        process.wait()
+    with temporary_folder() as folder:
+        # Threads of algebra are not needed to read a file and take memory each.
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-c", program],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={
+                **os.environ,
+                "OPENBLAS_NUM_THREADS": "1",
+                "MKL_NUM_THREADS": "1",
+                "TMPDIR": folder,
+            },
+        )
+        try:
+            answer, _ = process.communicate(pickle.dumps((function, arguments)))
+        finally:
+            process.kill()
+            process.wait()
     return answered(answer, process.returncode, about, what)
+
+
+@contextmanager
+def temporary_folder() -> Iterator[str]:
+    """Folder for the temporary files of a process that may be killed, removed behind the block.
+
+    Libraries leave files there where they are killed or meet damage: asammdf a copy of its file.
+
+    Yields
+    ------
+    str
+        The folder, below that of this process; TMPDIR as it is where none can be made.
+    """
+    try:
+        parent = Path(tempfile.gettempdir())
+        folder = parent / unfinished_name(_TEMPORARY)
+        folder.mkdir(mode=0o700)
+    except OSError:
+        # The library says what it cannot write, if it writes anything.
+        yield os.environ.get("TMPDIR", "")
+        return
+    # Of a process that was itself killed.
+    remove_abandoned(parent, _TEMPORARY)
+    try:
+        yield str(folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def answered(answer: bytes, code: int, about: Path, what: str) -> Any:

@@ -194,7 +194,11 @@ def parameters_figure(
         for handle, label in zip(*p.get_legend_handles_labels(), strict=True)
     }
     figure.legend(
-        list(handles.values()), list(handles), loc="outside upper center", ncols=len(handles)
+        list(handles.values()),
+        list(handles),
+        loc="outside upper center",
+        ncols=len(handles),
+        title="bars: 95 % intervals",
     )
     return figure
 

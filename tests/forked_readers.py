@@ -3,6 +3,7 @@
 import os
 import pickle
 import signal
+import tempfile
 
 from carrierflex.files import child_process
 
@@ -15,10 +16,16 @@ def read_in_forks(monkeypatch, *modules):
 
 def forked(function, *arguments, about, what):
     """As `in_child` in a fork of this process: a crash or a loop ends the fork alone."""
+    with child_process.temporary_folder() as folder:
+        return _forked(folder, function, arguments, about, what)
+
+
+def _forked(folder, function, arguments, about, what):
     answer, into = os.pipe()
     if (number := os.fork()) == 0:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
         child_process._is_child = True
+        tempfile.tempdir = folder
         try:
             content = pickle.dumps((True, function(*arguments)))
         except Exception as error:

@@ -130,7 +130,8 @@ def _gap_size(document: Mapping[str, Any]) -> Iterator[CauseSize]:
     of_square = float(drawn.std(ddof=1))
     # Every condition once: what its loads do to the gap is alike in all records under it.
     alike = np.zeros_like(counts)
-    for name in set(conditions):
+    # In their order: a set of words has another one in every process, and so would the draws.
+    for name in dict.fromkeys(conditions):
         members = np.flatnonzero(np.array(conditions) == name)
         alike[:, members] = two_level_counts([name] * members.size, n_samples=_DRAWS, rng=rng)
     of_repeats = float(((alike @ squares) / (alike @ samples)).std(ddof=1))

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pyyeti.nastran import bulk
 
 from carrierflex.fe.matrices.stored_matrix import SCALAR, DofNames
 from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole_numbers
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
+from carrierflex.files.pyyeti_modules import bulk
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.abaqus_decks import deck_blocks, full_rows
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
@@ -85,13 +85,38 @@ def read_nodes(path: Path) -> NodeTable:
             "folder: its EXTRN entry says which components of every grid the matrices have"
         )
     if suffix == ".inp":
-        content = plain_content(path, _EXPECTED, _MOST_BYTES)
-        try:
-            return _deck_nodes(content)
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from error
+        nodes = deck_nodes(path)
+        _refuse_turned_nodes(path)
+        return nodes
     size = check_plain_file(path, _EXPECTED, _MOST_BYTES, text=True)
     return in_child(_nastran_nodes, path, size, about=path, what="pyyeti")
+
+
+def deck_nodes(path: Path) -> NodeTable:
+    """Nodes and sets of an Abaqus or CalculiX deck, whatever the directions of its matrices.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As :func:`read_nodes`.
+    """
+    content = plain_content(path, _EXPECTED, _MOST_BYTES)
+    try:
+        return _deck_nodes(content)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _refuse_turned_nodes(path: Path) -> None:
+    # Abaqus keeps the rows of such nodes in their own directions, CalculiX does not.
+    content = plain_content(path, _EXPECTED, _MOST_BYTES)
+    line = re.search(rb"(?im)^[ \t]*\*[ \t]*TRANSFORM\b.*", content)
+    if line is not None:
+        raise ValueError(
+            f"{path}: {shown(line[0].decode('latin-1').strip())} gives nodes directions of their "
+            "own; expected those of the model: delete it and compute the matrices again "
+            "(CalculiX: delete it here alone)"
+        )
 
 
 def numbers_in_turn(path: Path) -> NDArray[np.int64]:

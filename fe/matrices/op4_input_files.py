@@ -13,11 +13,11 @@ import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from pyyeti.nastran import op4
 
 from carrierflex.fe.matrices.dmig_input_files import chosen_name
 from carrierflex.fe.matrices.stored_matrix import MOST_DOFS, StoredMatrix, from_entries
 from carrierflex.files.child_process import in_child, limited
+from carrierflex.files.pyyeti_modules import op4
 
 #: Real numbers of one word, and of two.
 _SINGLE, _DOUBLE = 1, 2

@@ -9,7 +9,7 @@ import numpy as np
 from carrierflex.fe.materials import Material
 from carrierflex.fe.matrices.given_structure import GivenBody, body_of
 from carrierflex.fe.matrices.nastran_links import with_linked_pilots
-from carrierflex.fe.matrices.node_files import NodeTable, numbers_in_turn, read_nodes
+from carrierflex.fe.matrices.node_files import NodeTable, deck_nodes, numbers_in_turn
 from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
 from carrierflex.fe.solids.solid_matrices import (
     linear_warnings,
@@ -68,7 +68,7 @@ def _nodes(mesh: SolidMesh, path: Path) -> NodeTable:
     """Nodes with the sets of the file; those of a deck as its own reader knows them."""
     order = np.argsort(mesh.numbers)
     if path.suffix.lower() == ".inp":
-        sets = read_nodes(path).sets
+        sets = deck_nodes(path).sets
         nodes_of_set = {name: nodes[np.isin(nodes, mesh.numbers)] for name, nodes in sets.items()}
     else:
         nodes_of_set = {name: mesh.numbers[rows] for name, rows in mesh.node_sets.items()}

@@ -288,7 +288,7 @@ def grids_in_frames(entries: Iterable[Entry]) -> "pd.DataFrame":
         Where a grid names a system that the deck has not, or one by grids (CORD1R).
     """
     # Half of the imports of all that may read a mesh: pandas and matplotlib come with it.
-    from pyyeti.nastran import bulk
+    from carrierflex.files.pyyeti_modules import bulk
 
     try:
         return bulk.bulk2uset(io.StringIO(bulk_text(entries, r"GRID|CORD2[RCS]")))[0]

@@ -271,7 +271,7 @@ def _unlike_channels(campaign: Campaign) -> Iterator[CampaignWarning]:
     """One channel whose motion is far larger or smaller than that of the others of its quantity."""
     if len(campaign.channels) < 3 or campaign.kind == "mounting":
         return
-    for quantity in {channel.quantity for channel in campaign.channels}:
+    for quantity in sorted({channel.quantity for channel in campaign.channels}):
         channels = campaign.channels_of(quantity)
         sizes = {
             channel.name: float(

@@ -68,17 +68,23 @@ def seconds_of_dates(texts: Sequence[str], format_: str, file: str) -> FloatArra
 
 
 def date_format(texts: Sequence[str], file: str) -> str:
-    """First known format that all dates have, in which time goes on.
+    """Known format that all dates have, in which time goes on most evenly.
+
+    Of day and month, the order in which the record is about as long as its rows at their typical
+    step; the day first where both are.
 
     Raises
     ------
     ValueError
         Where there is none.
     """
+    jumps: dict[str, float] = {}
     for known in DATE_FORMATS:
         values = _parsed([*texts[:200], *texts[-200:]], known)
-        if values is not None and np.median(np.diff(values)) >= 0.0:
-            return known
+        if values is not None and (step := float(np.median(np.diff(values)))) >= 0.0:
+            jumps[known] = abs(float(values[-1] - values[0]) - (len(texts) - 1) * step)
+    if jumps:
+        return min(jumps, key=jumps.__getitem__)
     shown = ", ".join(DATE_FORMATS)
     raise ValueError(f"{file}: date '{texts[0]}' has none of the formats {shown}")
 

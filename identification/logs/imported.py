@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -30,7 +31,12 @@ from carrierflex.identification.logs.clocks import (
     rows_in_order,
 )
 from carrierflex.identification.logs.log_files import read_log
-from carrierflex.identification.logs.log_table import LogTable, run_tables, table_with
+from carrierflex.identification.logs.log_table import (
+    LogTable,
+    run_tables,
+    table_with,
+    tables_of_group,
+)
 from carrierflex.identification.logs.logged_signals import (
     Count,
     channel_values,
@@ -109,9 +115,12 @@ def imported_campaign(
     _refuse_other_files(document, files, simulated)
     problems = Problems()
     logged = []
+    # Runs of one file follow one another.
+    read = lru_cache(maxsize=1)(read_log)
     for entry in document.runs:
         with problems.at(f"run {entry.name}"):
-            logged.append(_logged_run(entry, document, kind, by_name))
+            tables = [_tables(read(by_name[name]), entry.group) for name in entry.files]
+            logged.append(_logged_run(entry, document, kind, tables))
     refuse(problems.messages)
     channels, inputs = _declared(document, kind)
     runs = [one.run for one in logged]
@@ -295,11 +304,18 @@ class _LoggedRun:
     notes: tuple[str, ...] = field(default=())
 
 
+def _tables(tables: Sequence[LogTable], group: str | None) -> Sequence[LogTable]:
+    return tables if group is None else tables_of_group(tables, group)
+
+
 def _logged_run(
-    entry: MapRunTable, document: MapDocument, kind: CampaignKind, files: Mapping[str, Path]
+    entry: MapRunTable,
+    document: MapDocument,
+    kind: CampaignKind,
+    files: Sequence[Sequence[LogTable]],
 ) -> _LoggedRun:
     """Run of a map."""
-    tables = run_tables([read_log(files[name]) for name in entry.files], document.time.column)
+    tables = run_tables(files, document.time.column)
     timed = _timed_tables(tables, entry, document)
     signals, counts = _signals(tables, timed, entry, document, kind)
     counts += [

@@ -23,7 +23,7 @@ from carrierflex.identification.logs.log_table import (
     MOST_NUMBERS,
     LogTable,
     NamedColumn,
-    table_of_columns,
+    grouped_tables,
 )
 from carrierflex.identification.logs.optional_readers import (
     mdf_log,
@@ -82,7 +82,7 @@ def _parquet_log(path: Path) -> tuple[LogTable, ...]:
 
 
 def _hdf5_log(path: Path) -> tuple[LogTable, ...]:
-    """Tables of an HDF5 file (a MAT 7.3 file is one): datasets of one length belong together."""
+    """Tables of an HDF5 file (a MAT 7.3 file is one): datasets of one length and clock."""
     try:
         with h5py.File(path, "r") as file:
             objects = _hdf5_objects(file)
@@ -167,9 +167,12 @@ def _by_length(
         for name, kind in objects.items()
     )
     lengths = dict.fromkeys(values.size for _, values, _ in columns)
-    tables = tuple(
-        table_of_columns(path, [entry for entry in columns if entry[1].size == length])
-        for length in lengths
+    tables = grouped_tables(
+        path,
+        [
+            ([entry for entry in columns if entry[1].size == length], None, 0.0)
+            for length in lengths
+        ],
     )
     if not tables:
         what = "; ".join(ignored) or "expected columns of samples"

@@ -13,7 +13,14 @@ from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import is_pulse_train
 from carrierflex.identification.logs.clocks import date_format, even_step
 from carrierflex.identification.logs.log_files import read_log, words_of
-from carrierflex.identification.logs.log_table import LogTable, run_tables, table_with
+from carrierflex.identification.logs.log_table import (
+    LogTable,
+    is_clock,
+    run_groups,
+    run_tables,
+    table_with,
+    tables_of_group,
+)
 from carrierflex.identification.logs.logged_units import (
     PULSES,
     dimension_of,
@@ -25,7 +32,6 @@ from carrierflex.simulation.mounting.rig import SENSORS
 
 #: Words in the names of columns, in the languages of those who wrote such loggers.
 _WORDS = {
-    "time": r"\b(time|zeit|t|timestamp|datum|date|tid|temps|clock)\b|^zeit|^time|zeitstempel",
     "carrier_angle": r"angle|winkel|azimuth|theta|encoder|rotor.?pos|drehgeber|pulse|puls|count",
     "torque": r"torque|moment|drehm|trq|\bmd\b|\bmx\b",
     "speed": r"speed|rpm|drehzahl|omega|\bn\b",
@@ -41,6 +47,15 @@ _SET_POINT = r"target|soll|set.?point|\bset\b|command|\bcmd\b|demand|\bref\b|ref
 _MEASURED = ("force", "displacement", "base_displacement", "base_acceleration")
 #: A range of values beyond this many radians is one of degrees.
 _RADIANS = 7.0
+_TIME_UNITS = (1e-9, 1e-6, 1e-3, 1.0, 60.0, 3600.0)
+#: Seconds since 1970 of the years from 2001 to 2033.
+_EPOCHS = (1e9, 2e9)
+#: Steps of a time without a unit: seconds from the first to the second, then milliseconds. Beside
+#: them it may be anything: days of a table, microseconds, dates as one number.
+_STEPS, _LONGEST = (1e-5, 0.9, 1e3), 1e13
+#: Units of time over one another; share of a record by which its clocks may drift apart.
+_TIME_SCALES = sorted({a / b for a in _TIME_UNITS for b in _TIME_UNITS})
+_SAME_SPAN = 0.01
 
 
 @dataclass(frozen=True)
@@ -60,6 +75,15 @@ class Guess:
     why: str = ""
 
 
+@dataclass(frozen=True)
+class RunGuess:
+    """A run: its name, its files, and the group in them that holds it."""
+
+    name: str
+    files: tuple[str, ...]
+    group: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class MapGuess:
     """Everything that a new map states.
@@ -76,7 +100,7 @@ class MapGuess:
         By name of the contract.
     channels : sequence of (name, Guess, facts)
         Facts are further keys, as the angle of a sensor.
-    runs : sequence of (name, files)
+    runs : sequence of RunGuess
         Records.
     others : sequence of str
         Columns that were not taken.
@@ -91,7 +115,7 @@ class MapGuess:
     rate_hz: float | None
     inputs: Mapping[str, Guess]
     channels: Sequence[tuple[str, Guess, Mapping[str, Any]]]
-    runs: Sequence[tuple[str, tuple[str, ...]]]
+    runs: Sequence[RunGuess]
     others: Sequence[str]
     dialects: Mapping[str, str] = field(default_factory=dict)
 
@@ -115,11 +139,11 @@ def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> Map
         Where a file is refused.
     """
     logs = {path: read_log(path) for path in files}
-    runs = _runs(logs)
-    first = [path for path in files if path.name in runs[0][1]]
-    tables = [table for path in first for table in logs[path]]
-    time = _time(tables)
-    tables = run_tables([logs[path] for path in first], time.column)
+    runs = _runs_in_groups(logs) or _runs(logs)
+    first, group = [logs[path] for path in files if path.name in runs[0].files], runs[0].group
+    first = [tables_of_group(tables, group) for tables in first] if group else first
+    time = _time([table for tables in first for table in tables])
+    tables = run_tables(first, time.column)
     free = [name for table in tables for name in table.columns if name != time.column]
     units = {name: _unit(table_with(tables, name), name) for name in free}
     rig: dict[str, Any] = {"drive": drive or _drive(units)} if kind == "element" else {}
@@ -152,7 +176,25 @@ def _taken(inputs: Mapping[str, Guess]) -> set[str]:
     return {guess.column for guess in inputs.values()}
 
 
-def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[str, ...]]]:
+def _runs_in_groups(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[RunGuess]:
+    """Every group of every file, where all of them hold the same columns; none otherwise."""
+    groups = {path: run_groups(tables) for path, tables in logs.items()}
+    columns = {
+        tuple(sorted(name for table in tables_of_group(logs[path], group) for name in table.names))
+        for path, names in groups.items()
+        for group in names
+    }
+    if not all(groups.values()) or len(columns) != 1:
+        return []
+    of_file = {path: f"{path.stem}_" if len(logs) > 1 else "" for path in logs}
+    return [
+        RunGuess(_run_name(of_file[path] + group), (path.name,), group)
+        for path, names in groups.items()
+        for group in names
+    ]
+
+
+def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[RunGuess]:
     """Files of the same columns are runs; several such groups of one size go together in order."""
     # Files of one column are told apart by what their names call it.
     groups: dict[tuple[str, ...], list[str]] = {}
@@ -162,16 +204,16 @@ def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[st
             names += tuple(role for role in _MEASURED if _is_called(path.stem, role))[:1]
         groups.setdefault(names, []).append(path.name)
     if len({len(group) for group in groups.values()}) > 1:
-        return [("run1", tuple(path.name for path in logs))]
+        return [RunGuess("run1", tuple(path.name for path in logs))]
     runs = list(zip(*groups.values(), strict=True))
-    stems = [_stem(files[0]) for files in runs]
+    stems = [_run_name(Path(files[0]).stem) for files in runs]
     if len(set(stems)) < len(stems):
         stems = [f"run{number}" for number in range(1, len(runs) + 1)]
-    return [(stem, tuple(files)) for stem, files in zip(stems, runs, strict=True)]
+    return [RunGuess(stem, tuple(files)) for stem, files in zip(stems, runs, strict=True)]
 
 
-def _stem(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "_", Path(name).stem).strip("._-") or "run1"
+def _run_name(text: str) -> str:
+    return re.sub(r"[^\w.-]+", "_", text).strip("._-") or "run1"
 
 
 def _time(tables: Sequence[LogTable]) -> Guess:
@@ -184,27 +226,75 @@ def _time(tables: Sequence[LogTable]) -> Guess:
         for name, values in table.columns.items():
             unit = table.units.get(name) or unit_behind(name)
             in_seconds = dimension_of(unit) == dimension_of("s")
-            called = re.search(_WORDS["time"], name.lower())
-            if (called or in_seconds) and bool(np.all(np.diff(values) > 0.0)):
+            if is_clock(name, unit) and bool(np.all(np.diff(values) > 0.0)):
+                if rival := _rival(table, name):
+                    why = f"'{name}' and '{rival}' differ; one clock serves all columns of a table"
+                    return Guess(OPEN, "s", why)
                 if in_seconds:
                     return Guess(name, unit, "grows, and its unit is stated")
                 return Guess(name, *_time_unit(values))
     if all(table.step is not None for table in tables):
         return Guess("", "s", "the files state their clock")
-    for table in tables:
-        for name, values in table.columns.items():
-            steps = np.diff(values)
-            if steps.size and np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf:
-                return Guess(name, *_time_unit(values))
+    even = [
+        (name, values)
+        for table in tables
+        for name, values in table.columns.items()
+        if not dimension_of(table.units.get(name) or unit_behind(name))
+        and _is_even(values)
+        and not _is_count(values)
+    ]
+    if len(even) > 1:
+        # At one speed it grows so too.
+        even = [one for one in even if not _is_called(one[0], "carrier_angle")]
+    if len(even) == 1:
+        return Guess(even[0][0], *_time_unit(even[0][1]))
+    if even:
+        names = ", ".join(f"'{name}'" for name, _ in even[:4])
+        return Guess(OPEN, "s", f"{names} grow evenly: name the one that is time")
     return Guess(OPEN, "s", "no column grows evenly: name it, or give rate_hz in its place")
 
 
+def _is_even(values: NDArray[np.float64]) -> bool:
+    steps = np.diff(values)
+    return steps.size > 0 and bool(np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf)
+
+
+def _is_count(values: NDArray[np.float64]) -> bool:
+    """Whether a column counts rows, which says nothing of time."""
+    return bool(np.all(np.diff(values) == 1.0))
+
+
+def _rival(table: LogTable, clock: str) -> str:
+    """Another column of time in the table, by which its rows stand at other instants; or none."""
+    first = table.columns[clock]
+    for name, values in table.columns.items():
+        rows = np.flatnonzero(np.isfinite(values))
+        if name == clock or rows.size < 3 or not is_clock(name, table.units.get(name, "")):
+            continue
+        spans = np.ptp(first[rows]), np.ptp(values[rows])
+        if not all(spans) or np.any(np.diff(values[rows]) < 0.0):
+            continue
+        # Where a unit is not stated, it is the one that suits best.
+        ratio = spans[1] / spans[0]
+        scale = min(_TIME_SCALES, key=lambda scale: abs(np.log(ratio / scale)))
+        late = float(values[rows[0]] / scale - first[rows[0]])
+        # A clock that counts from a zero of its own, as the time of day does, shares no instant.
+        overlaps = even_step(first) < abs(late) < spans[0]
+        if overlaps or abs(ratio / scale - 1.0) > _SAME_SPAN:
+            return name
+    return ""
+
+
 def _time_unit(values: NDArray[np.float64]) -> tuple[str, str]:
-    """Unit of a time without one: steps of a tenth and more are milliseconds."""
-    step = even_step(values)
-    if step >= 0.9:
-        return "ms", f"steps of {step:.4g} without a unit: a guess"
-    return "s", f"steps of {step:.4g} without a unit: a guess"
+    """Unit of a time without one: of the clock of a computer by its size, else by its steps."""
+    step, end = even_step(values), float(np.nanmax(values))
+    for unit in ("s", "ms", "us", "ns"):
+        if _EPOCHS[0] < end * factor_to(unit, "s") < _EPOCHS[1]:
+            return unit, "counts from 1970"
+    if not _STEPS[0] <= step < _STEPS[2] or end > _LONGEST:
+        return OPEN, f"steps of {step:.4g} up to {end:.6g} without a unit"
+    unit = "ms" if step >= _STEPS[1] else "s"
+    return unit, f"steps of {step:.4g} without a unit: a guess"
 
 
 def _format(tables: Sequence[LogTable], time: Guess) -> str:

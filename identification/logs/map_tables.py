@@ -85,6 +85,10 @@ class MapRunTable(TomlTable):
         Field(min_length=1),
         Expected("a list of at least one file name"),
     ] = key("Files that are given to the command: several where two loggers ran")
+    group: Stated | None = key(
+        "Group of the files that holds the run, as of HDF5, MAT and TDMS; default: the whole file",
+        default=None,
+    )
     condition: Text = key("Free text; runs of the same condition are repeats of one another")
     starts: dict[str, Number] = key(
         "Seconds to add to the time of a file, by its name", "s", default_factory=dict

@@ -62,7 +62,7 @@ def _head(guess: MapGuess) -> Iterator[str]:
     yield _line("format", "carrierflex-map")
     yield _line("version", 1)
     yield _line("kind", guess.kind, "carrier | mounting | element")
-    yield _line("name", f"{guess.kind} of {guess.runs[0][1][0]}", "title of the campaign")
+    yield _line("name", f"{guess.kind} of {guess.runs[0].files[0]}", "title of the campaign")
     yield ""
     yield "[time]"
     if guess.time.column:
@@ -141,15 +141,17 @@ def _words_of(kind: str) -> dict[str, str]:
 
 
 def _runs(guess: MapGuess) -> Iterator[str]:
-    for name, files in guess.runs:
+    for run in guess.runs:
         yield ""
         yield "[[runs]]"
-        yield _line("name", name)
-        yield _line("files", files)
-        yield _line("condition", name, "runs of the same words are repeats of one another")
-        if len(files) > 1:
+        yield _line("name", run.name)
+        yield _line("files", run.files)
+        if run.group:
+            yield _line("group", run.group, "in the file")
+        yield _line("condition", run.name, "runs of the same words are repeats of one another")
+        if len(run.files) > 1:
             yield _commented(
-                f"# starts = {{ {_toml(files[1])} = 0.5 }}", "seconds to add to a file's time"
+                f"# starts = {{ {_toml(run.files[1])} = 0.5 }}", "seconds to add to a file's time"
             )
 
 

@@ -8,20 +8,21 @@ import datetime
 import logging
 import re
 import struct
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.identification.logs.log_formats import format_of
 from carrierflex.identification.logs.log_table import (
     MOST_NUMBERS,
     LogTable,
     NamedColumn,
+    grouped_tables,
     table_of_columns,
 )
 from carrierflex.identification.logs.logged_units import dimension_of, factor_to
@@ -29,6 +30,8 @@ from carrierflex.identification.logs.text_logs import text_table
 
 #: Column of time in files whose groups have a clock of their own.
 TIME = "time"
+#: Zero of the clocks of TDMS files.
+_TDMS_FIRST = np.datetime64("1904-01-01T00:00:00")
 #: Function types of data set 58: general, time response; its specific data types of abscissae.
 _GENERAL, _TIME_RESPONSE, _OVER_TIME = 0, 1, 17
 _REAL = (2, 4)
@@ -88,8 +91,9 @@ def _library_errors(path: Path) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:
-        # An error of a library may come without a word.
-        why = " ".join(str(error).split()) or "damaged"
+        # An error of a library may come without a word, or with the key of a table of its own.
+        said = " ".join(str(error).split())
+        why = said if re.search(r"[^\W\d]{2}", said) else "damaged"
         raise ValueError(f"{path}: not {entry.words}: {why}; export it again, or as CSV") from error
     finally:
         logging.disable(before)
@@ -116,15 +120,24 @@ def tdms_log(path: Path) -> tuple[LogTable, ...]:
     return tables
 
 
-def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
+def _tdms_tables(path: Path, channels: Sequence[Any]) -> tuple[LogTable, ...]:
+    """Tables of channels of numbers; clocks of the file count from the first instant in it."""
+    contents = [(channel, np.asarray(channel[:])) for channel in channels]
+    begins = {
+        channel.path: begin
+        for channel, values in contents
+        if (begin := _tdms_begin(channel, values)) is not None
+    }
+    origin = min(begins.values(), default=None)
     clocks: dict[tuple[int, float, float], list[NamedColumn]] = {}
-    for channel in channels:
+    for channel, values in contents:
         facts = channel.properties
         step = float(facts.get("wf_increment", 0.0) or 0.0)
         start = float(facts.get("wf_start_offset", 0.0) or 0.0)
-        values = np.asarray(channel[:])
         if values.dtype.kind == "M":
-            values = (values - values[0]) / np.timedelta64(1, "s")
+            values = (values - origin) / np.timedelta64(1, "s")
+        elif step and channel.path in begins:
+            start += float((begins[channel.path] - origin) / np.timedelta64(1, "s"))
         if values.dtype.kind in "fiub" and values.size:
             unit = facts.get("unit_string", "")
             name = f"{channel.group_name}/{channel.name}"
@@ -132,10 +145,19 @@ def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
             clocks.setdefault((values.size, step, start), []).append(column)
     if not clocks:
         raise ValueError("no channel of numbers")
-    return tuple(
-        table_of_columns(path, columns, step=step or None, start=start)
-        for (_, step, start), columns in clocks.items()
+    return grouped_tables(
+        path, [(columns, step or None, start) for (_, step, start), columns in clocks.items()]
     )
+
+
+def _tdms_begin(channel: Any, values: NDArray[np.generic]) -> Any:
+    """First instant of a channel; None where none is stated."""
+    if values.dtype.kind == "M":
+        return values[0] if values.size else None
+    begin = channel.properties.get("wf_start_time")
+    # What was never set is the first instant that a TDMS file can hold.
+    is_stated = isinstance(begin, np.datetime64) and begin > _TDMS_FIRST
+    return begin if is_stated and channel.properties.get("wf_increment") else None
 
 
 def uff_log(path: Path) -> tuple[LogTable, ...]:
@@ -232,27 +254,23 @@ def mdf_log(path: Path) -> tuple[LogTable, ...]:
         for signal in file.iter_channels(skip_master=True):
             if signal.samples.dtype.kind in "fiub" and signal.samples.ndim == 1:
                 groups.setdefault(signal.group_index, []).append(signal)
-    counts = Counter(signal.name for signals in groups.values() for signal in signals)
     tables = []
     for number, signals in groups.items():
         time = np.asarray(signals[0].timestamps, dtype=np.float64)
         if time.size < 2:
             continue
-        called = [
-            signal.name if counts[signal.name] == 1 else f"{signal.name} (group {number + 1})"
-            for signal in signals
-        ]
+        names = _different([TIME, *(signal.name for signal in signals)])
         columns = [
-            (name, signal.samples, signal.unit or "")
-            for name, signal in zip(_different([TIME, *called])[1:], signals, strict=True)
+            (f"group {number + 1}/{name}", signal.samples, signal.unit or "")
+            for name, signal in zip(names[1:], signals, strict=True)
         ]
-        tables.append(table_of_columns(path, [(TIME, time, "s"), *columns]))
+        tables.append(([(f"group {number + 1}/{TIME}", time, "s"), *columns], None, 0.0))
     if not tables:
         raise ValueError(
             f"{path}: no channel of numbers; expected measured signals: decode the bus traffic "
             "to signals first"
         )
-    return tuple(tables)
+    return grouped_tables(path, tables)
 
 
 def workbook_log(path: Path) -> tuple[LogTable, ...]:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pyyeti.nastran import bulk
 
+from carrierflex.files.pyyeti_modules import bulk
 from carrierflex.files.whole_files import whole_file
 from carrierflex.reduction.exports.op4_files import FIRST_SPOINT, grid_cards, grid_numbers
 from carrierflex.reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body

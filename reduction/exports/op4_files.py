@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyyeti.nastran import bulk, n2p
 
+from carrierflex.files.pyyeti_modules import bulk, n2p
 from carrierflex.files.whole_files import whole_file
 from carrierflex.files.whole_folders import scratch_folder
 from carrierflex.reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body

@@ -71,8 +71,8 @@ def linearised_figure(
 
 def _draw_campbell(axis: "Axes", campbell: CampbellDiagram) -> None:
     rpm = campbell.speed * 30.0 / np.pi
-    for mode in campbell.frequency_hz.T:
-        axis.plot(rpm, mode, color="black")
+    for number, mode in enumerate(campbell.frequency_hz.T):
+        axis.plot(rpm, mode, color="black", label="" if number else "modes")
     for order, values in campbell.order_hz.items():
         axis.plot(rpm, values, "--", label=order)
     top = max(1.0, 1.3 * float(campbell.frequency_hz.max(initial=0.0)))

@@ -45,12 +45,12 @@ def expected_lines(page):
 
 
 def is_same(printed, expected):
-    """Equal words; numbers within half a per cent, errors of one digit within a factor of two."""
+    """Equal words; numbers within half a per cent, half widths of two digits within a tenth."""
     if len(printed) != len(expected):
         return False
     before = ["", *expected]
     return all(
-        is_same_word(*words, 1.0 if previous in ("±", "+-") else 5e-3)
+        is_same_word(*words, 0.1 if previous in ("±", "+-") else 5e-3)
         for words, previous in zip(zip(printed, expected, strict=True), before, strict=False)
     )
 

@@ -3,6 +3,9 @@
 import os
 import resource
 import signal
+import subprocess
+import sys
+import tempfile
 import time
 
 import pytest
@@ -84,22 +87,31 @@ def test_names_are_shown_as_they_are():
     assert literal("$x$") == r"\$x\$"
 
 
+def leave_file():
+    number, _ = tempfile.mkstemp()
+    os.close(number)
+
+
 def crash(path):
+    leave_file()
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
 def refuse(path):
+    leave_file()
     print("a library that prints")
     raise ValueError(f"{path}: not this one")
 
 
 def run_on(path):
+    leave_file()
     with limited(1, 10**9):
         while True:
             pass
 
 
 def swell(path):
+    leave_file()
     with limited(60, 50_000_000):
         return bytearray(2_000_000_000)
 
@@ -113,14 +125,36 @@ def swell(path):
         (swell, "x.step: reader needs more memory than a sound file of this size"),
     ],
 )
-def test_a_reader_that_dies_is_one_line(tmp_path, function, reason):
+def test_a_reader_that_dies_is_one_line_and_leaves_no_file(tmp_path, monkeypatch, function, reason):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     path = tmp_path / "x.step"
     with pytest.raises(ValueError, match=r"x\.step: ") as caught:
         in_child(function, path, about=path, what="reader")
     assert reason in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
     # Limits are those of the other process.
     assert resource.getrlimit(resource.RLIMIT_CPU)[0] == resource.RLIM_INFINITY
 
 
 def test_a_call_in_a_child_gives_what_it_gives_here(tmp_path):
     assert in_child(os.path.basename, tmp_path / "a", about=tmp_path, what="os") == "a"
+
+
+def test_a_reader_without_room_for_temporary_files_reads(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    assert in_child(os.path.basename, tmp_path / "a", about=tmp_path, what="os") == "a"
+
+
+def test_temporary_files_of_a_killed_process_are_removed_by_the_next(tmp_path, monkeypatch):
+    program = (
+        "import os, signal\n"
+        "from carrierflex.files.child_process import temporary_folder\n"
+        "with temporary_folder():\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], env={**os.environ, "TMPDIR": str(tmp_path)})
+    assert len(list(tmp_path.iterdir())) == 1
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    in_child(os.path.basename, tmp_path / "a", about=tmp_path, what="os")
+    assert list(tmp_path.iterdir()) == []

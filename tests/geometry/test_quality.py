@@ -1,12 +1,15 @@
 import math
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from rich.console import Console
 
 from carrierflex.geometry.quality import InvertedElementError, check_quality, mesh_quality
 from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh
+from carrierflex.workflows.screen.tables import quality_table
 
 EDGE = 0.1
 
@@ -28,6 +31,13 @@ def test_a_regular_tetrahedron_has_the_best_marks(regular_tetrahedron):
     assert (quality.n_nodes, quality.n_tets) == (10, 1)
     assert_allclose(quality.volume, EDGE**3 / (6.0 * math.sqrt(2.0)), rtol=1e-12)  # rounding
     assert_allclose([quality.worst_scaled_jacobian, quality.worst_shape], 1.0, rtol=1e-12)
+
+
+def test_the_printed_figures_have_words_and_units(regular_tetrahedron):
+    screen = Console(width=200, file=StringIO())
+    screen.print(quality_table(check_quality(regular_tetrahedron)))
+    for words in ("nodes ", "quadratic tetrahedra ", "volume, m^3 ", "1 is regular "):
+        assert words in screen.file.getvalue()
 
 
 def test_a_corner_tetrahedron_has_its_textbook_shape():

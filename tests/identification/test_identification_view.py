@@ -35,7 +35,9 @@ def test_rms_figure_draws_every_run_and_model_in_millimetres():
 
 
 def test_parameters_figure_has_a_panel_for_every_parameter_in_plotting_units():
-    panels = {panel.get_ylabel(): panel for panel in parameters_figure(ESTIMATES).axes}
+    figure = parameters_figure(ESTIMATES)
+    assert figure.legends[0].get_title().get_text() == "bars: 95 % intervals"
+    panels = {panel.get_ylabel(): panel for panel in figure.axes}
     assert len(panels) == 7
     drawn = {
         label: panel.containers[0].lines[0].get_ydata().astype(float)

@@ -19,11 +19,12 @@ Drive = Literal["force", "displacement", "free_decay", "base"]
 class NewMap:
     """A map that was written.
 
-    `open_keys` are the lines with a '?'.
+    `open_keys` are the lines with a '?', `left_out` the columns that it does not take.
     """
 
     path: Path
     text: str
+    left_out: tuple[str, ...]
 
     @property
     def open_keys(self) -> tuple[str, ...]:
@@ -71,7 +72,8 @@ def main(
     check_file_writable(out)
     if drive is not None and kind != "element":
         raise ValueError(f"--drive is for kind element; {kind} has none")
-    text = map_text(map_guess(kind, from_, drive), schema_line("map"))
+    guess = map_guess(kind, from_, drive)
+    text = map_text(guess, schema_line("map"))
     with whole_file(out) as path:
         path.write_text(text, encoding="utf-8")
-    return NewMap(out, text)
+    return NewMap(out, text, tuple(guess.others))

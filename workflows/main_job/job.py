@@ -283,19 +283,19 @@ def _curve_checks(job: Job) -> list[dict[str, Any]]:
             f"orders other than {n}, {2 * n}, {3 * n} ... over the largest",
             0.02 if job.files else 1e-8,
             other_orders,
-            wanted="< 2 %" if job.files else "< 1e-8",
+            wanted="< 0.02" if job.files else "< 1e-8",
         ),
         _below(
             f"change of orders {n} and {2 * n}, two finest meshes",
             0.02,
             job.mesh_study.last_change,
-            wanted="< 2 %",
+            wanted="< 0.02",
         ),
         _below(
             "tilting moment over tangential load, flexible",
             0.01,
             _tilting_over_tangential(job),
-            wanted="< 1 %",
+            wanted="< 0.01",
         ),
     ]
 

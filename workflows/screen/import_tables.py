@@ -3,9 +3,10 @@
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 from rich.text import Text
 
+from carrierflex.files.shown_values import shortened
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
@@ -22,14 +23,17 @@ if TYPE_CHECKING:
 
 
 def map_table(new: "NewMap") -> RenderableType:
-    """Where the map is, and what is to fill in."""
+    """Where the map is, what is to fill in, and which columns it leaves out."""
     table = titled_table(f"{new.path}: check every line, then run carrierflex import", "to fill in")
     table.columns[0].overflow = "fold"
     for line in new.open_keys:
         table.add_row(line)
     if not new.open_keys:
         table.add_row("nothing: every key has a guess")
-    return table
+    if not new.left_out:
+        return table
+    names = shortened(", ".join(new.left_out), 400)
+    return Group(table, Text(f"Columns that the map leaves out: {names}"))
 
 
 def closed_page_line(closed: "ClosedPage") -> RenderableType:

@@ -44,9 +44,13 @@ if TYPE_CHECKING:
 _WORTH_TELLING = 0.01
 
 
-#: The one figure whose name other programs use for another one (gmsh's minSJ).
 _QUALITY_WORDS = {
-    "worst_scaled_jacobian": "smallest over largest Jacobian within an element, worst element"
+    "n_nodes": "nodes",
+    "n_tets": "quadratic tetrahedra",
+    "volume": "volume, m^3",
+    # Other programs call another figure so (gmsh's minSJ).
+    "worst_scaled_jacobian": "smallest over largest Jacobian within an element, worst element",
+    "worst_shape": "shape of the worst element, 1 is regular",
 }
 
 
@@ -54,8 +58,7 @@ def quality_table(quality: MeshQuality) -> RenderableType:
     """Figures of one mesh."""
     table = _table("mesh", "figure", "value")
     for field in dataclasses.fields(quality):
-        name = _QUALITY_WORDS.get(field.name, field.name.replace("_", " "))
-        table.add_row(name, f"{getattr(quality, field.name):.6g}")
+        table.add_row(_QUALITY_WORDS[field.name], f"{getattr(quality, field.name):.6g}")
     return table
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pyyeti import cyclecount
 
+from carrierflex.files.pyyeti_modules import cyclecount
 from carrierflex.geometry.parameters import PinParameters
 from carrierflex.geometry.pins import pin_angles
 from carrierflex.reduction.shapes.body_shapes import UNNAMED

@@ -482,6 +482,22 @@ def test_systems_of_grdset_are_refused(defaults, tmp_path):
         read_nodes(path)
 
 
+@pytest.mark.parametrize(
+    ("keyword", "what"),
+    [
+        ("*Transform, nset=rim, type=C\n0., 0., 0., 0., 0., 1.\n", "directions of their own"),
+        ("*SYSTEM\n0., 0., 0., 0., 1., 0.\n", "in rectangular coordinates"),
+        ("*SYSTEM\n.5, 0., 0.\n", "in rectangular coordinates"),
+    ],
+)
+def test_systems_of_an_abaqus_deck_beside_matrices_are_refused(keyword, what, tmp_path):
+    path = tmp_path / "nodes.inp"
+    for text in (f"{keyword}*NODE\n1, 0., 0., 2.\n", f"*NODE, nset=rim\n1, 0., 0., 2.\n{keyword}"):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=rf"nodes\.inp: .*{what}"):
+            read_nodes(path)
+
+
 def of_digits(digits):
     """Matrix as a file of so many digits holds it."""
     K = symmetric()

@@ -265,6 +265,19 @@ def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(
         assert re.search(warning.replace("[units]", r"\[units\]").replace("+", r"\+"), named[0])
 
 
+def test_directions_of_nodes_are_no_concern_of_a_mesh(folder, read_here):
+    path = blocks("hexahedron", folder / "turned.inp")
+    turned = "*TRANSFORM, NSET=start, TYPE=C\n0., 0., 0., 0., 0., 1.\n"
+    path.write_text(path.read_text() + turned)
+    toml = folder / "turned.toml"
+    toml.write_text(
+        INTERFACES.format(
+            first="left", second="right", start='node_set = "start"', end='node_set = "end"'
+        )
+    )
+    assert solid_body(path, read_interfaces(toml)).structure.K.shape[0] > 0
+
+
 @pytest.mark.parametrize(("x", "far"), [(0.1, False), (100.0, True), (-30.0, True)])
 def test_a_pilot_far_from_its_nodes_is_named(x, far, folder, read_here):
     path = blocks("hexahedron", folder / "far.inp")

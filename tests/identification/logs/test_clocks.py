@@ -75,6 +75,27 @@ def test_dates_are_seconds_over_the_end_of_a_day(texts, format_):
     assert_allclose(np.diff(seconds_of_dates(texts, "", "a.csv")), 0.25, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("first_day", "second_day", "format_"),
+    [
+        ("01/02/2024", "01/03/2024", "%m/%d/%Y %H:%M:%S"),
+        ("02/01/2024", "03/01/2024", "%d/%m/%Y %H:%M:%S"),
+    ],
+)
+def test_a_night_is_no_month_whatever_comes_first_in_its_dates(first_day, second_day, format_):
+    texts = [
+        *(f"{first_day} 23:59:{second:02d}" for second in range(30, 60)),
+        *(f"{second_day} 00:00:{second:02d}" for second in range(30)),
+    ]
+    assert date_format(texts, "a.csv") == format_
+    assert_allclose(np.diff(seconds_of_dates(texts, "", "a.csv")), 1.0)
+
+
+def test_a_month_of_seconds_is_no_night():
+    days = [f"{day:02d}/02/2024 {hour:02d}:00:00" for day in range(1, 30) for hour in range(24)]
+    assert date_format([*days, "01/03/2024 00:00:00"], "a.csv") == "%d/%m/%Y %H:%M:%S"
+
+
 def test_the_clock_of_another_simulator_is_found_between_the_samples():
     rng = np.random.default_rng(3)
     time = np.arange(0.0, 40.0, 0.05)

@@ -110,7 +110,7 @@ def test_files_of_one_column_each_are_parts_of_a_run(names, n_runs, tmp_path):
         for name, size in zip(names, (2.0, 5.0), strict=True)
     ]
     guess = map_guess("element", files, "displacement")
-    assert [run[1] for run in guess.runs] == [
+    assert [run.files for run in guess.runs] == [
         tuple(name.format(number) for name in names) for number in numbers
     ]
     (_, channel, _), given = guess.channels[0], guess.inputs["displacement"]

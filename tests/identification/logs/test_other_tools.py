@@ -16,6 +16,7 @@ from scipy.io.matlab import MatlabOpaque
 from carrierflex.identification.logs.log_files import _mat_objects, read_log
 from carrierflex.identification.logs.log_formats import LOG_FORMATS
 from carrierflex.identification.logs.log_table import table_with
+from carrierflex.identification.logs.optional_readers import _library_errors
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
 
@@ -143,6 +144,211 @@ WRITERS = {
     "excel": write_workbook,
     "openfast": write_openfast,
 }
+
+
+#: Of the signals in a group.
+NAMES, UNITS = ("time", "force", "disp"), ("s", "N", "mm")
+
+
+def write_groups(folder, groups):
+    """HDF5 file of groups of (time, force or None, displacement or None)."""
+    with h5py.File(folder / "run.h5", "w") as file:
+        for group, signals in groups.items():
+            for name, unit, values in zip(NAMES, UNITS, signals, strict=True):
+                if values is not None:
+                    file[f"{group}/{name}"] = values
+                    file[f"{group}/{name}"].attrs["unit"] = unit
+    return folder / "run.h5"
+
+
+def write_structures(folder, groups):
+    names = ("time", "force_N", "disp_mm")
+    content = {
+        group: {name: v for name, v in zip(names, signals, strict=True) if v is not None}
+        for group, signals in groups.items()
+    }
+    savemat(folder / "run.mat", content)
+    return folder / "run.mat"
+
+
+def write_tdms(folder, channels):
+    """TDMS file of (group, name, unit, values, properties)."""
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(folder / "run.tdms") as file:
+        file.write_segment(
+            [
+                nptdms.ChannelObject(group, name, values, {"unit_string": unit, **facts})
+                for group, name, unit, values, facts in channels
+            ]
+        )
+    return folder / "run.tdms"
+
+
+def write_tdms_groups(folder, groups):
+    channels = [
+        (group, name, unit, values, {})
+        for group, signals in groups.items()
+        for name, unit, values in zip(NAMES, UNITS, signals, strict=True)
+        if values is not None
+    ]
+    return write_tdms(folder, channels)
+
+
+def write_started_waveforms(folder, groups):
+    """Waveforms whose clocks are stated by the instant of their first sample."""
+    midnight = np.datetime64("2026-05-04T00:00:00.000000")
+    channels = []
+    for group, (time, *signals) in groups.items():
+        begin = midnight + np.timedelta64(round(1e6 * time[0]), "us")
+        facts = {"wf_start_time": begin, "wf_start_offset": 0.0, "wf_increment": time[1] - time[0]}
+        channels += [
+            (group, name, unit, values, facts)
+            for name, unit, values in zip(("force", "disp"), ("N", "mm"), signals, strict=True)
+            if values is not None
+        ]
+    return write_tdms(folder, channels)
+
+
+def write_dated_groups(folder, groups):
+    midnight = np.datetime64("2026-05-04T00:00:00.000000")
+    dated = {
+        group: (midnight + (1e6 * time).round().astype("timedelta64[us]"), *signals)
+        for group, (time, *signals) in groups.items()
+    }
+    return write_tdms_groups(folder, dated)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        write_groups,
+        write_structures,
+        write_tdms_groups,
+        write_started_waveforms,
+        write_dated_groups,
+    ],
+)
+def test_groups_of_one_length_keep_their_clocks(write, tmp_path):
+    # As many samples at half the rate, one second later.
+    late = 1.0 + 2.0 * TIME
+    travel = 2.0 * np.sin(5.0 * late - 0.1)
+    path = write(tmp_path, {"fast": (TIME, FORCE, None), "slow": (late, None, travel)})
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    run = imported.campaign.runs[0]
+    (measured,) = run.signals.values()
+    assert_allclose(run.time, late[: run.time.size], atol=1e-9)
+    assert_allclose(measured, 2e-3 * np.sin(5.0 * run.time - 0.1), atol=1e-9)
+    force = 1e3 * np.sin(5.0 * run.time) + 1.0 / 3.0
+    # Spline and filter of the change of clock; the other clock would be off by the amplitude.
+    assert_allclose(run.inputs["force"], force, atol=1.0)
+
+
+def write_mdf_groups(folder, groups):
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        for time, *signals in groups.values():
+            file.append(
+                [
+                    asammdf.Signal(values, time, name=name, unit=unit)
+                    for name, unit, values in zip(NAMES[1:], UNITS[1:], signals, strict=True)
+                ]
+            )
+        return file.save(folder / "run.mf4")
+
+
+@pytest.mark.parametrize("n_second", [400, 300])
+@pytest.mark.parametrize(
+    "write",
+    [write_groups, write_structures, write_tdms_groups, write_started_waveforms, write_mdf_groups],
+)
+def test_groups_of_the_same_columns_are_runs(write, n_second, tmp_path):
+    rows = slice(n_second)
+    groups = {
+        "group 1": (TIME, FORCE, TRAVEL),
+        "group 2": (TIME[rows], 2.0 * FORCE[rows], 3.0 * TRAVEL[rows]),
+    }
+    path = write(tmp_path, groups)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    assert not guess.left_out
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    first, second = imported.campaign.runs
+    assert (first.name, second.name) == ("group_1", "group_2")
+    for run, (time, force, travel) in zip((first, second), groups.values(), strict=True):
+        (measured,) = run.signals.values()
+        assert_allclose(run.time, time, atol=1e-9)
+        assert_allclose(run.inputs["force"], force, rtol=1e-12)
+        assert_allclose(measured, 1e-3 * travel, rtol=1e-12)
+
+
+def test_runs_in_groups_may_share_the_time_above_them(tmp_path):
+    path = write_groups(tmp_path, {"a": (None, FORCE, TRAVEL), "b": (None, -FORCE, TRAVEL)})
+    with h5py.File(path, "r+") as file:
+        file["time"] = TIME
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    assert_array_equal(imported.campaign.runs[1].inputs["force"], -FORCE)
+    assert_array_equal(imported.campaign.runs[1].time, TIME)
+    guess.path.write_text(guess.text.replace('group = "b"', 'group = "c"'), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"run b: run\.h5: no group 'c' .*of the file's: a, b"):
+        import_records([path], map_=guess.path, out=tmp_path / "other")
+
+
+def test_columns_of_other_groups_are_named_as_left_out(tmp_path):
+    groups = {"drive": (TIME, FORCE, TRAVEL), "room": (TIME, FORCE, None)}
+    path = write_groups(tmp_path, groups)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert guess.left_out == ("room/force", "room/time")
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    (run,) = imported.campaign.runs
+    assert_array_equal(run.inputs["force"], FORCE)
+
+
+def guessed_time(folder, columns):
+    """Column and unit of the time in a new map of a table."""
+    pd.DataFrame(columns).to_csv(folder / "a.csv", index=False)
+    guess = new_campaign(
+        kind="element", from_=[folder / "a.csv"], drive="force", out=folder / "a.toml"
+    )
+    return re.search(r'\[time\]\ncolumn = "(.*?)".*\nunit = "(.*?)"', guess.text).groups()
+
+
+@pytest.mark.parametrize(
+    ("clocks", "guess"),
+    [
+        ({"Time A [s]": TIME, "Time B [s]": 2.0 * TIME}, ("?", "s")),
+        ({"Time A [s]": TIME, "Time B [s]": TIME + 0.5}, ("?", "s")),
+        ({"Time [s]": TIME, "timestamp": 1e3 * TIME + 1.7e12}, ("Time [s]", "s")),
+        ({"A": TIME, "B": 2.0 * TIME}, ("?", "s")),
+        ({"A": TIME, "Angle": 2.0 * TIME}, ("A", "s")),
+        ({"A": TIME, "Position [mm]": 2.0 * TIME}, ("A", "s")),
+    ],
+)
+def test_clocks_of_one_table_that_differ_are_asked_about(clocks, guess, tmp_path):
+    assert guessed_time(tmp_path, clocks | {"Force [N]": FORCE, "Weg [mm]": TRAVEL}) == guess
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "guess"),
+    [
+        ("Time", TIME, ("Time", "s")),
+        ("Time", 1e3 * TIME, ("Time", "ms")),
+        ("Timestamp", 1.7e9 + 100.0 * TIME, ("Timestamp", "s")),
+        ("Timestamp", 1.7e12 + 1e3 * TIME, ("Timestamp", "ms")),
+        ("Timestamp", 1.7e15 + 1e6 * TIME, ("Timestamp", "us")),
+        # Days of a table, hours, microseconds or anything, a date as one number, rows that count.
+        ("Date", 45352.5 + TIME / 86400.0, ("Date", "?")),
+        ("Time", TIME / 3600.0, ("Time", "?")),
+        ("Time", 1e6 * TIME, ("Time", "?")),
+        ("Time", 20240301115900.0 + np.arange(400.0), ("Time", "?")),
+        ("Sample", np.arange(400.0), ("?", "s")),
+    ],
+)
+def test_the_unit_of_a_time_without_one_is_guessed_or_asked(name, values, guess, tmp_path):
+    columns = {name: values, "Force [N]": FORCE, "Weg [mm]": TRAVEL}
+    assert guessed_time(tmp_path, columns) == guess
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -378,3 +584,13 @@ def test_other_bytes_under_a_suffix_are_refused_in_one_line(log_format, tmp_path
     with pytest.raises(ValueError, match=r"a\.") as refusal:
         read_log(path)
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("error", [KeyError((0, 1)), ValueError(""), IndexError(7)])
+def test_an_error_of_a_library_without_words_is_damage(error, tmp_path):
+    path = tmp_path / "a.mf4"
+    with (
+        pytest.raises(ValueError, match=r"a\.mf4: not an MDF file: damaged; export it again"),
+        _library_errors(path),
+    ):
+        raise error

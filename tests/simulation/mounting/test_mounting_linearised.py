@@ -18,6 +18,8 @@ from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.view import linearised_figure
+from carrierflex.simulation.stage.linearised import CampbellDiagram
 from tests.simulation.mounting.mounting_runs import BUSHINGS
 from tests.simulation.mounting.scipy_reference import rates
 
@@ -255,3 +257,14 @@ def test_a_delay_of_the_sensors_is_refused_as_a_state_space():
     parameters[INDEX["delay"]] = 0.004
     with pytest.raises(ValueError, match=r"delay of 0\.004 s.*expected delay = 0 in \[truth\]"):
         mounting_state_space(RIG, parameters, LOADED)
+
+
+def test_modes_and_orders_of_the_campbell_diagram_are_named():
+    speed = np.array([1.0, 2.0])
+    diagram = CampbellDiagram(speed, np.array([[3.0, 5.0]] * 2), {"1P": speed / (2.0 * np.pi)})
+    amplitude = np.ones((2, len(SENSORS), 3), dtype=complex)
+    figure = linearised_figure(
+        title="case", frequency_hz=speed, response=amplitude, campbell=diagram, sensors=SENSORS
+    )
+    labels = [text.get_text() for text in figure.axes[3].get_legend().get_texts()]
+    assert labels == ["modes", "1P"]

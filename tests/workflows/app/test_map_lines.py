@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from carrierflex.identification.logs.map_guesses import Guess, MapGuess
+from carrierflex.identification.logs.map_guesses import Guess, MapGuess, RunGuess
 from carrierflex.identification.logs.map_text import map_text
 from carrierflex.workflows.app.map_lines import map_lines, with_key, with_value
 
@@ -20,7 +20,7 @@ def text():
         for name, angle in (("a", 47.0), ("b", "?"))
     ]
     inputs = {"torque": Guess('M \\ "x"', "kN m")}
-    runs = [("LC1", ("a.csv", "b.csv"))]
+    runs = [RunGuess("LC1", ("a.csv", "b.csv"))]
     guess = MapGuess("carrier", {}, Guess("t", "s"), "", None, inputs, channels, runs, ["rest"])
     return map_text(guess, "#:schema x")
 

@@ -50,6 +50,8 @@ def test_every_check_of_the_main_job_is_met_but_those_of_the_mesh(summary):
         "change of orders 3 and 6, two finest meshes",
         "worst scaled Jacobian of both meshes",
     ]
+    # Limit and figure are read beside one another.
+    assert not any("%" in row["wanted"] for row in summary["checks"])
 
 
 def test_identified_rms_follow_the_papers_table_4(summary):
