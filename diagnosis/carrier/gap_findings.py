@@ -131,7 +131,9 @@ class CarrierGap:
             components_of(map_of(self.cells).on_orders()),
             self.conditions,
             n_planets,
-            tuple(sorted({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS))),
+            tuple(
+                sorted({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS))
+            ),
         )
         where = (
             *components.where(),

@@ -243,7 +243,7 @@ def _rim_motion(
 ) -> dict[str, NDArray[np.float64]]:
     """Motion of the rim under every sensor by its name, shape (N,) each [m]."""
     motion: dict[str, NDArray[np.float64]] = {}
-    for quantity in {sensor.quantity for sensor in sensors}:
+    for quantity in dict.fromkeys(sensor.quantity for sensor in sensors):
         group = [sensor for sensor in sensors if sensor.quantity == quantity]
         rows, tilt = (
             (reader.axial, reader.misaligned_axial)
