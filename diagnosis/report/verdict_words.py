@@ -13,6 +13,7 @@ from carrierflex.diagnosis.inference.results import (
     FLOOR_UNKNOWN,
     NAMED,
     NAMED_WITH_REMAINDER,
+    NAMING,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     OTHERWISE,
@@ -101,15 +102,31 @@ def headlines(diagnosis: Diagnosis) -> tuple[str, str]:
     """What explains the gap, and what cannot be distinguished or remains; may be empty.
 
     For example ``The gap is explained by cubic stiffness``. A fault of the measurement that
-    explains as much comes first.
+    explains as much comes first, and one beside which more is explained.
     """
     first, second = _explained(diagnosis), _undecided(diagnosis)
     if diagnosis.reason_id in ("", FLOOR_UNKNOWN):
-        return first, second
+        return _fault_beside(diagnosis, first), second
     fault = _fault_heading(diagnosis)
     if diagnosis.verdict == NONE_OF_THESE:
         return fault, second
     return f"{fault}{OTHERWISE}{first[:1].lower()}{first[1:]}", second
+
+
+def _fault_beside(diagnosis: Diagnosis, first: str) -> str:
+    """First line behind a fault beside which clearly more is explained; as it is without one."""
+    far = diagnosis.reduction
+    faults = [one for one in diagnosis.warnings if one.check == "wiring"]
+    if far is None or diagnosis.verdict not in (*NAMING, CLASS_NAMED) or not faults:
+        return first
+    fault = max(faults, key=lambda one: one.figure)
+    if fault.figure <= far.phi + WORTH_A_LOOK:
+        return first
+    return (
+        f"Check {fault.about} first ({fault_words(fault.id)}): once it is put right, "
+        f"{percent(min(fault.figure, 1.0))} of the gap is explained; as measured, "
+        f"{first[:1].lower()}{first[1:]}"
+    )
 
 
 def _fault_heading(diagnosis: Diagnosis) -> str:

@@ -7,6 +7,7 @@ import pytest
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.workflows.diagnosis.examination import examined
 from carrierflex.workflows.fe.default_curves import default_curves
 from tests.diagnosis.element.element_campaigns import force_campaign, no_law
@@ -73,8 +74,10 @@ def with_zero_of_angle(campaign, degrees):
 def test_the_zero_of_the_angle_is_told_beside_a_cause_that_it_hides():
     """With the angle 10 degrees off the nearest law is another one, and leaves half of the gap."""
     campaign = with_zero_of_angle(carrier_of("stiff_pins"), 10.0)
-    findings = examined(campaign, default_curves()).diagnosis().warnings
-    (text,) = [one.text for one in findings if one.id == "wiring/angle_zero"]
+    diagnosis = examined(campaign, default_curves()).diagnosis()
+    heading = "Check carrier_angle first (angle zero): once it is put right, 100 % of the gap is"
+    assert verdict_heading(diagnosis).startswith(heading)
+    (text,) = [one.text for one in diagnosis.warnings if one.id == "wiring/angle_zero"]
     degrees = float(text.split("moved by ")[1].split(" degrees")[0])
     # Sought without the cause, which hides half a degree of it.
     assert degrees == pytest.approx(-10.0, abs=0.6)
