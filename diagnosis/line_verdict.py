@@ -81,8 +81,8 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
         classes_of_law={},
     )
     names = ", ".join(f"{motion.label} ({_where(motion)})" for _, motion in large)
-    places = " and ".join(dict.fromkeys(motion.place for _, motion in large))
-    text = f"motion {places}, {names}, is {of_lines / gap:.0%} of the gap"
+    orders = " and ".join(dict.fromkeys(motion.place for _, motion in large))
+    text = f"motion {orders}, {names}, is {of_lines / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
     elif verdict == CLASS_NAMED:

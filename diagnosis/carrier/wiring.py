@@ -249,11 +249,11 @@ class LinearBaseline:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
             if any(self.model.effects[law].pattern is None for law in laws):
                 return WiringChecks.none()
-            beside = replace(self, laws=laws, values=values)
+            with_those = replace(self, laws=laws, values=values)
             return replace(
                 WiringChecks.none(),
-                refitted=beside.mean_square,
-                linear=lambda theta: beside.records(),
+                refitted=with_those.mean_square,
+                linear=lambda theta: with_those.records(),
                 has_cheap_refits=True,
             )
 

@@ -179,13 +179,13 @@ def _law(
         return None
     if name == MEMORY:
         rows = np.column_stack([table.bases.taus, np.maximum(weights, 0.0)])
-        parts = replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
+        memory = replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
     elif table.loop is None:
-        parts = stops_of(weights, size)
+        memory = stops_of(weights, size)
     else:
         loops = table.loop.row(weights[-1])[None]
-        parts = replace(stops_of(weights[:-1], size), loops=loops)
-    return Law("", ELEMENT, name, units, law_terms(parts), {"deflection": (size.low, size.high)})
+        memory = replace(stops_of(weights[:-1], size), loops=loops)
+    return Law("", ELEMENT, name, units, law_terms(memory), {"deflection": (size.low, size.high)})
 
 
 def _curve(

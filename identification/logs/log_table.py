@@ -126,17 +126,21 @@ def grouped_tables(
         Columns of one length, and the clock [s] that the file states for them, as of
         :class:`LogTable`.
     """
-    parts = [(part, step, start) for columns, step, start in clocks for part in _by_clock(columns)]
-    return _tables(path.name, parts)
+    groups = [
+        (of_clock, step, start)
+        for columns, step, start in clocks
+        for of_clock in _by_clock(columns)
+    ]
+    return _tables(path.name, groups)
 
 
 def _tables(
-    file: str, parts: Sequence[tuple[Sequence[NamedColumn], float | None, float]]
+    file: str, groups: Sequence[tuple[Sequence[NamedColumn], float | None, float]]
 ) -> tuple[LogTable, ...]:
-    counts = Counter(_last(name) for columns, *_ in parts for name, *_ in columns)
+    counts = Counter(_last(name) for columns, *_ in groups for name, *_ in columns)
     return tuple(
         _table(file, columns, counts - Counter(_last(name) for name, *_ in columns), (step, start))
-        for columns, step, start in parts
+        for columns, step, start in groups
     )
 
 
@@ -168,13 +172,13 @@ def _by_clock(columns: Sequence[NamedColumn]) -> list[Sequence[NamedColumn]]:
         np.array_equal(values, first, equal_nan=True) for values in clocks.values()
     ):
         return [columns]
-    parts: dict[str, list[NamedColumn]] = {}
+    of_group: dict[str, list[NamedColumn]] = {}
     for column in columns:
         group = column[0].rpartition("/")[0]
         while group and group not in clocks:
             group = group.rpartition("/")[0]
-        parts.setdefault(group, []).append(column)
-    return list(parts.values())
+        of_group.setdefault(group, []).append(column)
+    return list(of_group.values())
 
 
 def run_groups(tables: Sequence[LogTable]) -> tuple[str, ...]:
@@ -201,7 +205,7 @@ def tables_of_group(tables: Sequence[LogTable], group: str) -> tuple[LogTable, .
         Where there is no such group; the message names those of the file.
     """
     above = {""} | {group[:at] for at, sign in enumerate(group) if sign == "/"}
-    parts = []
+    on_clocks = []
     inside = False
     for table in tables:
         columns: list[NamedColumn] = []
@@ -212,7 +216,7 @@ def tables_of_group(tables: Sequence[LogTable], group: str) -> tuple[LogTable, .
                 unit = table.units.get(name, "")
                 columns.append((path.removeprefix(f"{group}/"), table.columns[name], unit))
         if columns:
-            parts.append((columns, table.step, table.start))
+            on_clocks.append((columns, table.step, table.start))
     if not inside:
         groups = {path.rpartition("/")[0] for table in tables for path in table.paths.values()}
         known = shortened(", ".join(sorted(groups - {""})), 400) or "none"
@@ -221,7 +225,7 @@ def tables_of_group(tables: Sequence[LogTable], group: str) -> tuple[LogTable, .
             f"file's: {known}"
         )
     notes = tuple(note for table in tables for note in table.notes)
-    first, *others = _tables(tables[0].file, parts)
+    first, *others = _tables(tables[0].file, on_clocks)
     return (replace(first, notes=notes), *others)
 
 

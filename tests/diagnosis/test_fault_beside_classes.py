@@ -28,8 +28,8 @@ def shifted(campaign, steps):
     "law", [no_law, pytest.param(cubic, marks=pytest.mark.long)], ids=["nothing", "cubic"]
 )
 def test_columns_that_are_a_step_late_are_a_clock_and_no_damping(law, steps):
-    beside = with_predictions(force_campaign(law), force_campaign(no_law, noise=1e-12))
-    examination = examined(shifted(beside, steps))
+    predicted = with_predictions(force_campaign(law), force_campaign(no_law, noise=1e-12))
+    examination = examined(shifted(predicted, steps))
     diagnosis = examination.diagnosis()
     assert diagnosis.reason_id == "wiring/clock"
     assert "wiring/clock" in [finding.id for finding in examination.findings()]
@@ -41,8 +41,8 @@ def test_columns_that_are_a_step_late_are_a_clock_and_no_damping(law, steps):
 
 @pytest.mark.long
 def test_columns_that_are_right_are_not_moved_whatever_is_missing():
-    beside = with_predictions(force_campaign(cubic), force_campaign(no_law, noise=1e-12))
-    examination = examined(beside)
+    predicted = with_predictions(force_campaign(cubic), force_campaign(no_law, noise=1e-12))
+    examination = examined(predicted)
     diagnosis = examination.diagnosis()
     assert examination.findings() == ()
     assert diagnosis.reason_id == ""

@@ -57,8 +57,8 @@ class ExaminedCampaign:
         )
         # An effect that grows with the motion is largest there; a diagnosis weighs both.
         largest = (RUN, baseline.largest_run)
-        beside = (one for one in baseline.warnings if (one.id, one.about) != largest)
-        return (*self.warnings, *beside)
+        others = (one for one in baseline.warnings if (one.id, one.about) != largest)
+        return (*self.warnings, *others)
 
     def _with_fault_beside_classes(
         self,

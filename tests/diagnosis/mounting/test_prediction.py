@@ -49,12 +49,12 @@ def test_what_the_prediction_lacks_is_named():
 def test_a_prediction_in_millimetres_is_no_exchange_of_runs():
     """A refitted model is no rival of another simulator's prediction, which stands as it is."""
     measured = mounting_campaign(seconds=40.0)
-    beside = with_predictions(measured, measured)
+    predicted = with_predictions(measured, measured)
     runs = tuple(
         replace(run, predictions={k: 1e3 * v for k, v in run.predictions.items()})
-        for run in beside.runs
+        for run in predicted.runs
     )
-    examination = examined(replace(beside, runs=runs))
+    examination = examined(replace(predicted, runs=runs))
     assert examination.baseline().rivals == ()
     assert {warning.check for warning in examination.warnings} >= {"unit"}
 

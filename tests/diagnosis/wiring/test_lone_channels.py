@@ -206,5 +206,5 @@ def test_a_run_without_which_the_others_agree_is_named():
 def test_two_channels_on_one_cable_are_told_once():
     campaign = with_signal(carrier(NOTHING), "s137", lambda run: run.signals["s227"])
     findings = examined(campaign, default_curves()).diagnosis().warnings
-    told = [one for one in findings if "copied_channel" in (one.check, one.id.split("/")[-1])]
-    assert [(one.id, one.about) for one in told] == [("wiring/copied_channel", "s137")]
+    copied = [one for one in findings if "copied_channel" in (one.check, one.id.split("/")[-1])]
+    assert [(one.id, one.about) for one in copied] == [("wiring/copied_channel", "s137")]
