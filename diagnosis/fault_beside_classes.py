@@ -98,12 +98,15 @@ def _compared_anew(
     """The fault with the classes that the records show once it is put right."""
     try:
         problem = problem_of(corrected)
-        gap = GapSquare(mean_square_left(problem, fit_effects(problem, ())), floor)
+        before = mean_square_left(problem, fit_effects(problem, ()))
+        gap = GapSquare(before, problem.noise_floor_square)
         answer = problem.class_answer()
     except ValueError:  # A baseline that these records lead out of its bounds is no better one.
         return replace(fault, mean_square=np.inf)
     laws = () if answer is None else tuple(MEASURED + name for name in answer.ids)
-    return replace(fault, mean_square=_remaining(answer, gap), laws=laws)
+    # Without a channel the noise of the others is another one.
+    remaining = _remaining(answer, gap) * floor / gap.floor
+    return replace(fault, mean_square=remaining, laws=laws)
 
 
 def late_columns(campaign: Campaign) -> Iterator[WiringRival]:
