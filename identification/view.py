@@ -86,9 +86,9 @@ def signals_figure(
         residuals = []
         for model, estimate in fits:
             signal = 1e3 * fitted_signal(run, channel, model, estimate)[shown]
-            difference = signal - 1e3 * run.signals[channel.name][shown]
-            rms = np.sqrt(np.nanmean(difference**2))
-            residuals.append(f"{model.name.upper()} {rms:.3f}")
+            residual = 1e3 * run.signals[channel.name][shown] - signal
+            rms, mean = np.sqrt(np.nanmean(residual**2)), np.nanmean(residual)
+            residuals.append(f"{model.name.upper()} {rms:.3f} mm RMS, mean {mean:+.3f}")
             panel.plot(
                 turns,
                 signal,
@@ -97,8 +97,8 @@ def signals_figure(
                 label=model.name.upper(),
             )
         panel.set_title(
-            f"{literal(channel.name)} at {np.rad2deg(channel.angle or 0.0):.0f}°; "
-            f"residual {', '.join(residuals)} mm RMS",
+            f"{literal(channel.name)} at {np.rad2deg(channel.angle or 0.0):.0f}°, "
+            f"measured less identified:\n" + "\n".join(residuals),
             fontsize=10,
         )
         panel.set_ylabel("axial displacement [mm]")

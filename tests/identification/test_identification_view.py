@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 from numpy.testing import assert_allclose
 
@@ -26,6 +28,15 @@ def test_signals_figure_shows_two_revolutions_of_every_axial_sensor():
     assert 1.9 < turns[-1] < 2.0
     assert_allclose(measured.get_ydata(), 1e3 * run.signals["s137"][: turns.size])
     assert_allclose(m2.get_ydata(), 1e3 * fitted_signal(run, channels[1], *fits[1])[: turns.size])
+
+
+def test_signals_figure_says_how_far_the_models_are_from_the_data_in_the_mean():
+    """A sensor whose zero is 0.1 mm off leaves an offset, which no RMS shows."""
+    run, channels = CAMPAIGN.runs[0], axial_channels(CAMPAIGN)
+    moved = replace(run, signals={**run.signals, "s137": run.signals["s137"] + 1e-4})
+    figure = signals_figure(moved, channels, [(M2, ESTIMATES["m2"]["LC1"])])
+    assert "M2 0.100 mm RMS, mean +0.100" in figure.axes[1].get_title()
+    assert "mean +0.000" in figure.axes[0].get_title().replace("-0.000", "+0.000")
 
 
 def test_rms_figure_draws_every_run_and_model_in_millimetres():
