@@ -463,7 +463,7 @@ def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> Baselin
     explained = {
         (rival.id, rival.about)
         for rival, share in baseline.rivals
-        if not rival.laws and share < most - _AS_GOOD
+        if not _is_beside(rival, diagnosis) and share < most - _AS_GOOD
     }
     warnings = [one for one in baseline.warnings if (one.id, one.about) not in explained]
     return replace(baseline, warnings=tuple(warnings))

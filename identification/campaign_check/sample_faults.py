@@ -268,10 +268,11 @@ def _rectified(signal: _Signal) -> Iterator[CampaignWarning]:
     half = max(2, round(_PHASE * rms / max(step, np.finfo(float).tiny)))
     zeros = [a + int(np.argmin(size[a:b])) for a, b in inner]
     bends = sum(_is_bent(size, zero, half) for zero in zeros)
-    # Samples lie anywhere about a change of sign: of many one is near it.
-    nearest = min((float(size[zero]) for zero in zeros), default=np.inf)
-    comes_to_zero = nearest < _NEAREST * step
-    if len(inner) >= _FEWEST_MEETINGS and comes_to_zero and bends > _LEAST_BENDS * len(inner):
+    if len(inner) < _FEWEST_MEETINGS:
+        return
+    # Samples lie anywhere about a change of sign: of four one is near it.
+    comes_to_zero = np.quantile(size[zeros], 0.25) < _NEAREST * step
+    if comes_to_zero and bends > _LEAST_BENDS * len(inner):
         yield signal.warning(
             "rectified",
             0,
