@@ -57,9 +57,9 @@ from carrierflex.diagnosis.wiring.refits import (
     LOAD_NOISE,
     LONE_CHANNEL,
     NEARLY_ALL,
+    OF_NO_KIND,
     RECTIFIED,
     RUN,
-    RUN_OF_LOAD,
     RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
@@ -138,8 +138,6 @@ _COPIED = "copied_channel"
 _CERTAIN = (
     (_COPIED, COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
 )  # fmt: skip
-#: What is at fault in a way that no kind of fault explains.
-_OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -245,7 +243,7 @@ def checked_baseline(
         half = tuple(
             rival
             for rival in (*tried, *untold)
-            if rival.corrected and rival.id not in _OF_NO_KIND and not rival.laws
+            if rival.corrected and rival.id not in OF_NO_KIND and not rival.laws
             if share_of(rival) >= _REPORTED
         )
     # Of one fault the first model that explains it: a further law must explain more.
@@ -365,7 +363,7 @@ def with_findings(
             *baseline.warnings,
         ),
         key=lambda warning: (
-            _AS_GOOD * (warning.id in _OF_NO_KIND) - warning.figure
+            _AS_GOOD * (warning.id in OF_NO_KIND) - warning.figure
             if warning.check == _WIRING
             else 0.0
         ),
@@ -444,7 +442,7 @@ def _named(diagnosis: Diagnosis) -> dict[str, str]:
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
     """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in _OF_NO_KIND, -rival[1]
+    return rival[0].id in OF_NO_KIND, -rival[1]
 
 
 def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> BaselineCheck:

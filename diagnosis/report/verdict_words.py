@@ -20,7 +20,7 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.report.words import CHANGE, capitalised, listed, named_rows, percent
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import RUN_VARIATION, fault_words
+from carrierflex.diagnosis.wiring.refits import OF_NO_KIND, RUN_VARIATION, fault_words
 from carrierflex.files.quantities import sized
 
 #: Shares below this would be rounded to nothing.
@@ -116,7 +116,10 @@ def headlines(diagnosis: Diagnosis) -> tuple[str, str]:
 def _fault_beside(diagnosis: Diagnosis, first: str) -> str:
     """First line behind a fault beside which clearly more is explained; as it is without one."""
     far = diagnosis.reduction
-    faults = [one for one in diagnosis.warnings if one.check == "wiring"]
+    # A run or a channel left out takes something of any cause.
+    faults = [
+        one for one in diagnosis.warnings if one.check == "wiring" and one.id not in OF_NO_KIND
+    ]
     if far is None or diagnosis.verdict not in (*NAMING, CLASS_NAMED) or not faults:
         return first
     fault = max(faults, key=lambda one: one.figure)

@@ -71,6 +71,8 @@ LONE_CHANNEL = (
 RUN = "wiring/run"
 #: Such a run that alone has a load: what acts in it may be of the load.
 RUN_OF_LOAD = "wiring/run_of_load"
+#: What is at fault in a way that no kind of fault explains.
+OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, RUN, RUN_VARIATION)
 #: Words of the faults whose id does not read as one.
 _FAULT_WORDS = {
     CHANNEL: "one channel",
