@@ -19,7 +19,7 @@ Writes CASE.json for every case, which a later call takes up, and SORT.md.
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -355,7 +355,12 @@ def _put_back(campaign: Campaign, diagnosis: Diagnosis) -> float:
 
 
 def _read_case(path: Path) -> Statement:
-    return read_case(path, "a statement of a case", lambda row: Statement(**row))
+    def statement(row: Mapping[str, Any]) -> Statement:
+        """Statement of a row; a file holds no interval that is not determined."""
+        known: dict[str, Any] = {k: np.nan if v is None else v for k, v in row.items()}
+        return Statement(**known)
+
+    return read_case(path, "a statement of a case", statement)
 
 
 def _table(results: Sequence[Statement]) -> Iterator[str]:
