@@ -54,7 +54,8 @@ def _class_model(
     penalty = np.zeros((columns.size, columns.size))
     nonnegative = np.zeros(columns.size, dtype=bool)
     first = table.n_base + laws.size
-    nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
+    if laws.size:
+        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
     energy = table.total[columns, columns].max(initial=0.0)
     diagonal = np.full(columns.size, jitter)
     diagonal[: table.n_base] = _ROUNDING * energy
