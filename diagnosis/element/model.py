@@ -257,7 +257,12 @@ class ElementModel(ModelInTime):
         )
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
-        """Values of a parameter set, sorted by what takes them."""
+        """Values of a parameter set, sorted by what takes them; those asked for last are kept."""
+        last, key = _LAST_VALUES.setdefault(self, {}), (effects, theta.tobytes())
+        if key in last:
+            return last[key]
+        if len(last) == _MOST_VALUES:
+            last.clear()
         states: dict[str, list[float]] = {}
         values = [(BASELINE, "m", self.mass or 0.0)]
         for parameter, value in zip(self.parameters(effects), theta.tolist(), strict=True):
@@ -265,7 +270,8 @@ class ElementModel(ModelInTime):
                 states.setdefault(parameter.run, []).append(value)
             else:
                 values.append((parameter.effect, parameter.name, value))
-        return self._sorted(values, states)
+        last[key] = self._sorted(values, states)
+        return last[key]
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
@@ -367,3 +373,8 @@ def values_by_effect(
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.
 _FINE_DRIVES: WeakKeyDictionary[ElementRecord, dict[int, FloatArray]] = WeakKeyDictionary()
+#: Values of the parameter sets that a model was asked for last, which all records share.
+_LAST_VALUES: WeakKeyDictionary[ElementModel, dict[tuple[Effects, bytes], _Values]] = (
+    WeakKeyDictionary()
+)
+_MOST_VALUES = 64
