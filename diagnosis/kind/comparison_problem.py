@@ -112,8 +112,10 @@ class ComparisonProblem(ABC):
         """
 
     @abstractmethod
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums of the chosen segments."""
+    def sums(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
+    ) -> SegmentSums:
+        """Gauss-Newton sums of the chosen segments; those of other than free parameters may be 0."""
 
     @abstractmethod
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
