@@ -80,7 +80,7 @@ def delayed(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
     # Samples on either side that take the same weights as their neighbours on an even grid.
     margin = stencil + int(abs(delay) / step) + 1
     is_short = n < max(_MANY, 3 * margin)
-    if is_short or not np.allclose(np.diff(time), step, rtol=_EVEN, atol=0.0):
+    if is_short or not (np.abs(np.diff(time) - step) <= _EVEN * step).all():
         return _interpolated(time, values, time - delay)
     result = np.empty_like(values, dtype=np.float64)
     ends = slice(0, 2 * margin), slice(n - 2 * margin, n)
@@ -112,12 +112,15 @@ def _interpolated(time: FloatArray, values: FloatArray, wanted: FloatArray) -> F
 
 def _lagrange_weights(nodes: FloatArray, wanted: ArrayLike) -> FloatArray:
     """Weights of values at the nodes, shape (k, ...), in the polynomial at a point, (...)."""
-    numbers = np.arange(len(nodes))
-    apart = nodes[:, None] - nodes
-    apart[numbers, numbers] = 1.0
-    factors = (wanted - nodes) / apart
-    factors[numbers, numbers] = 1.0
-    return np.asarray(factors.prod(axis=1))
+    weights = np.empty(nodes.shape)
+    ahead = wanted - nodes
+    for k, node in enumerate(nodes):
+        apart = node - nodes
+        apart[k] = 1.0
+        factors = ahead / apart
+        factors[k] = 1.0
+        weights[k] = factors.prod(axis=0)
+    return weights
 
 
 def at_other_times(time: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
