@@ -115,7 +115,7 @@ class ComparisonProblem(ABC):
     def sums(
         self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
     ) -> SegmentSums:
-        """Gauss-Newton sums of the chosen segments; those of other than free parameters may be 0."""
+        """Gauss-Newton sums of the chosen segments, of the free parameters at least."""
 
     @abstractmethod
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
