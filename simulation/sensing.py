@@ -113,7 +113,7 @@ def _interpolated(time: FloatArray, values: FloatArray, wanted: FloatArray) -> F
 def _lagrange_weights(nodes: FloatArray, wanted: ArrayLike) -> FloatArray:
     """Weights of values at the nodes, shape (k, ...), in the polynomial at a point, (...)."""
     weights = np.empty(nodes.shape)
-    ahead = wanted - nodes
+    ahead = np.subtract(wanted, nodes)
     for k, node in enumerate(nodes):
         apart = node - nodes
         apart[k] = 1.0
