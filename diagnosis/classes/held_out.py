@@ -250,7 +250,8 @@ class ClassScores:
     @cached_property
     def without_baseline(self) -> "ClassScores":
         """Scores of the same classes beside nothing."""
-        return ClassScores(replace(self.table, n_base=0), self.constants)
+        as_read = [(self.table.training, self.table.gram)]
+        return ClassScores(replace(self.table, n_base=0), self.constants, base_products=as_read)
 
     def ceiling(self) -> HeldOutSquares:
         """Held-out squares of the union of all classes."""
@@ -439,8 +440,7 @@ class ClassScores:
                 fit = _solved(_factor(outside[base, base] + penalty), outside[base])
                 taken, both = np.matmul(outside[:, base], fit), np.empty_like(outside)
                 outside -= taken
-                for number in np.flatnonzero(table.folds == fold):
-                    block = blocks[number]
+                for block in map(blocks.__getitem__, np.flatnonzero(table.folds == fold)):
                     # Half of what is taken twice from both sides.
                     half = block[:, base] - 0.5 * fit.T @ block[base, base]
                     block -= np.add(np.matmul(half, fit, out=taken), taken.T, out=both)
