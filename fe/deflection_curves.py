@@ -80,30 +80,14 @@ class DeflectionCurve:
         """Trigonometric interpolation; of long records by a fine table of it."""
         if angle.size < _LONG_RECORD:
             return _fourier_series(getattr(self, direction), angle)
+        if direction not in self._tables:
+            self._tables[direction] = _table_of(getattr(self, direction))
         return _of_table(self._tables[direction], angle)
 
     @cached_property
     def _tables(self) -> dict[str, NDArray[np.float64]]:
-        """Cubics through value and slope of the trigonometric interpolation, by direction.
-
-        They lie on a fine grid of angles: coefficients by cell, the highest power first.
-        """
-        width = 2.0 * np.pi / _TABLE_SIZE
-        tables = {}
-        for direction in ("axial", "radial"):
-            amplitude = order_amplitudes(getattr(self, direction))
-            amplitude[1:] /= 2.0
-            order = np.arange(amplitude.size)
-            value, slope = (
-                np.fft.irfft(spectrum, _TABLE_SIZE) * _TABLE_SIZE
-                for spectrum in (amplitude, 1j * order * amplitude)
-            )
-            secant = (np.roll(value, -1) - value) / width
-            end_slope = np.roll(slope, -1)
-            c2 = (3.0 * secant - 2.0 * slope - end_slope) / width
-            c3 = (slope + end_slope - 2.0 * secant) / width**2
-            tables[direction] = np.stack([c3, c2, slope, value], axis=1)
-        return tables
+        """Tables of the directions that were asked for."""
+        return {}
 
     def axial_order(self, order: int) -> complex:
         """Complex amplitude c of ``Re(c exp(j order angle))`` in the axial curve [m].
@@ -193,6 +177,26 @@ def order_amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
     if n % 2 == 0:
         amplitude[..., -1] /= 2.0
     return amplitude
+
+
+def _table_of(samples: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cubics through value and slope of the trigonometric interpolation of one turn.
+
+    They lie on a fine grid of angles: coefficients by cell, the highest power first.
+    """
+    width = 2.0 * np.pi / _TABLE_SIZE
+    amplitude = order_amplitudes(samples)
+    amplitude[1:] /= 2.0
+    order = np.arange(amplitude.size)
+    value, slope = (
+        np.fft.irfft(spectrum, _TABLE_SIZE) * _TABLE_SIZE
+        for spectrum in (amplitude, 1j * order * amplitude)
+    )
+    secant = (np.roll(value, -1) - value) / width
+    end_slope = np.roll(slope, -1)
+    c2 = (3.0 * secant - 2.0 * slope - end_slope) / width
+    c3 = (slope + end_slope - 2.0 * secant) / width**2
+    return np.stack([c3, c2, slope, value], axis=1)
 
 
 def _of_table(cubics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ some effects alone and about a sensor at its declared angle; the columns of the 
 once more from what would be read.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
@@ -129,8 +129,8 @@ class CarrierReading:
         # With tolerances the orders of the curves are free themselves.
         if TOLERANCES not in self.campaign.rig:
             rigs += _rigs_of_mesh_errors(source.rig)
-        others = [replace(source, rig=rig) for rig in rigs]
-        others = [one for one in others if _shows_curves_of(self.campaign, source, one)]
+        shows = _shows_curves_of(self.campaign, source)
+        others = [one for one in (replace(source, rig=rig) for rig in rigs) if shows(one)]
         if not others:
             return
         turns = [whole_revolutions(run).samples for run in self.campaign.within_use().runs]
@@ -285,18 +285,18 @@ def _rigs_of_mesh_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
             yield replace(rig, curves={**rig.curves, **changed})
 
 
-def _shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSource) -> bool:
-    """Whether any column is another one with other curves."""
+def _shows_curves_of(campaign: Campaign, source: ColumnSource) -> Callable[[ColumnSource], bool]:
+    """Tells whether any column is another one with the curves of another source."""
     run = campaign.runs[0]
     some = inputs_at(inputs_of(run), np.linspace(0, run.time.size - 1, _SAMPLES).astype(int))
     late = [some] * delay_nodes(source.rig.n_planets).size
-    for channel in campaign.channels:
-        sensor = rim_sensor(channel)
-        rows = source.rows(sensor, some, late, source.effects)
-        others = other.rows(sensor, some, late, source.effects)
-        if any(not np.array_equal(row, others[key]) for key, row in rows.items()):
-            return True
-    return False
+
+    def rows_of(one: ColumnSource) -> Iterator[FloatArray]:
+        for channel in campaign.channels:
+            yield from one.rows(rim_sensor(channel), some, late, source.effects).values()
+
+    rows = list(rows_of(source))
+    return lambda other: not all(map(np.array_equal, rows, rows_of(other)))
 
 
 def _waves(curve: DeflectionCurve) -> list[int]:

@@ -267,7 +267,9 @@ class CarrierProblem(ComparisonProblem):
             warm[k] = known.get(parameter_key(parameter), quick[k] if parameter.shape else 0.0)
         return [np.clip(warm, *bounds_of(self.parameters(effects))), quick]
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+    def sums(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
+    ) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         square = np.zeros(len(self.segments))
         of_slices = []

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise, product
-from types import EllipsisType
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
@@ -54,7 +53,8 @@ def _class_model(
     penalty = np.zeros((columns.size, columns.size))
     nonnegative = np.zeros(columns.size, dtype=bool)
     first = table.n_base + laws.size
-    nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
+    if laws.size:
+        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
     energy = table.total[columns, columns].max(initial=0.0)
     diagonal = np.full(columns.size, jitter)
     diagonal[: table.n_base] = _ROUNDING * energy
@@ -70,20 +70,17 @@ def _class_model(
     return ClassModel(columns, penalty, nonnegative)
 
 
-def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = None) -> FloatArray:
+def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
     """Products of the target and a model's columns, from those of all columns of a table.
 
-    Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n); `blocks` are numbers
-    along the first axis, default: all.
+    Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n).
     """
     columns_of_table = np.concatenate([[0], model.columns])
-    n_blocks = gram.shape[:-2] if blocks is None else blocks.shape
-    chosen: IntArray | EllipsisType = ... if blocks is None else blocks
-    chosen_products = np.empty((*n_blocks, columns_of_table.size, columns_of_table.size))
+    chosen_products = np.empty((*gram.shape[:-2], columns_of_table.size, columns_of_table.size))
     # Groups stand together in a table: slices are copied several times as fast as single places.
     spans = _stretches(np.arange(columns_of_table.size), columns_of_table)
     for (rows, from_rows), (columns, from_columns) in product(spans, repeat=2):
-        chosen_products[..., rows, columns] = gram[chosen, from_rows, from_columns]
+        chosen_products[..., rows, columns] = gram[..., from_rows, from_columns]
     return chosen_products
 
 
@@ -128,7 +125,8 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
         return _solved(_factor(A), b)
     if not n_free:
         return _nonnegative(A, b)
-    A, b = A[order[:, None], order], b[order]
+    if order[n_free - 1] >= n_free:
+        A, b = A[order[:, None], order], b[order]
     factor = _factor(A[:n_free, :n_free])
     coupling = _solved(factor, A[:n_free, n_free:])
     schur = A[n_free:, n_free:] - A[n_free:, :n_free] @ coupling
@@ -201,8 +199,8 @@ def _nonnegative(A: FloatArray, b: FloatArray) -> FloatArray:
 
 
 Classes = tuple[str, ...]
-#: Products of some columns outside each fold; and of each fold its blocks with theirs.
-_FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
+#: Products of some columns outside each fold, and in each block.
+_FoldProducts = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,14 +250,15 @@ class ClassScores:
     @cached_property
     def without_baseline(self) -> "ClassScores":
         """Scores of the same classes beside nothing."""
-        return ClassScores(replace(self.table, n_base=0), self.constants)
+        as_read = [(self.table.training, self.table.gram)]
+        return ClassScores(replace(self.table, n_base=0), self.constants, base_products=as_read)
 
     def ceiling(self) -> HeldOutSquares:
         """Held-out squares of the union of all classes."""
         key = ("union",)
         if key not in self.known:
-            groups = self.table.ceiling
-            self.known[key] = self._best(groups, [(r,) * len(groups) for r in self._ridges])
+            groups, ridges = self.table.ceiling, self.constants.ridges
+            self.known[key] = self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
         return self.known[key]
 
     def fitted(self, classes: Sequence[str]) -> HeldOutSquares:
@@ -320,24 +319,19 @@ class ClassScores:
         """Coefficients of a model in the fit to all blocks."""
         return coefficients(products_of(self.table.total, model), model)
 
-    @property
-    def _ridges(self) -> tuple[float, ...]:
-        return self.constants.ridges
-
     def _scored(self, key: Classes) -> HeldOutSquares:
         groups = tuple(dict.fromkeys(name for member in key for name in self.table.classes[member]))
         if len(key) < 2:
-            ridges = list(self._ridges) if any(map(self._is_smoothed, key)) else [self._ridges[0]]
+            ridges = self.constants.ridges[: None if any(map(self._is_smoothed, key)) else 1]
             return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
-        alone = {member: self._ridge(member) for member in key}
+        # Weights that each class alone asks for.
+        alone = {member: self.of((member,)).ridges[0] for member in key}
         factors = self.constants.pair_ridges
         starts = [{member: factor * ridge for member, ridge in alone.items()} for factor in factors]
         result, weights = self._best_weights(key, groups, starts)
         # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
         for member in filter(self._is_smoothed, key):
-            others = [
-                weights | {member: ridge} for ridge in self._ridges if ridge != weights[member]
-            ]
+            others = [weights | {member: r} for r in self.constants.ridges if r != weights[member]]
             if others:
                 better, better_weights = self._best_weights(key, groups, others)
                 if better.total < result.total:
@@ -355,10 +349,6 @@ class ClassScores:
     def _is_smoothed(self, class_id: str) -> bool:
         """Whether a class has a penalty; without one it is the same at every weight of it."""
         return any(self.table.groups[name].penalty.any() for name in self.table.classes[class_id])
-
-    def _ridge(self, class_id: str) -> float:
-        """Weight of the penalty that a class alone asks for."""
-        return self.of((class_id,)).ridges[0]
 
     def _shared(self, key: Classes, ridges: Mapping[str, float]) -> tuple[float, ...]:
         """Weights of all groups of a set; of one that several classes hold the smallest."""
@@ -383,15 +373,16 @@ class ClassScores:
     def _held_out(self, models: Sequence[ClassModel]) -> FloatArray:
         """Held-out squares of models whose penalties alone differ, shape (n_models, n_blocks)."""
         models = [model.with_base(self.table.n_base) for model in models]
-        training, held_out = self._products(models[0])
+        training, blocks = self._products(models[0])
         squares = np.empty((len(models), len(self.table.folds)))
         fits = (
             [[coefficients(outside, model) for model in models] for outside in training]
             if models[0].is_nonnegative.any()
             else _free_coefficients(training[:, None], np.array([one.penalty for one in models]))
         )
-        for C, (scored, blocks) in zip(fits, held_out, strict=True):
-            squares[:, scored] = _squares_of_each(blocks, np.array(C))
+        for fold, C in enumerate(fits):
+            scored = self.table.folds == fold
+            squares[:, scored] = _squares_of_each(blocks[scored], np.array(C))
         return squares
 
     def _held_out_each(self, models: Sequence[ClassModel]) -> FloatArray:
@@ -413,13 +404,13 @@ class ClassScores:
         columns = np.array([[0, *model.columns] for model in models])
         rows, columns = columns[:, :, None], columns[:, None, :]
         penalty = np.array([model.penalty for model in models])
-        training, held_out = self._beside_baseline()
+        training, blocks = self._beside_baseline()
         squares = np.empty((len(models), len(self.table.folds)))
-        for outside, (scored, blocks) in zip(training, held_out, strict=True):
+        for fold, outside in enumerate(training):
             c = _free_coefficients(outside[rows, columns], penalty)
             weights = np.column_stack([np.ones(len(c)), -c])
-            for number, block in zip(scored.tolist(), blocks, strict=True):
-                weighted = (block[rows, columns] @ weights[..., None])[..., 0]
+            for number in np.flatnonzero(self.table.folds == fold):
+                weighted = (blocks[number][rows, columns] @ weights[..., None])[..., 0]
                 squares[:, number] = (weighted * weights).sum(axis=1)
         return squares
 
@@ -431,9 +422,8 @@ class ClassScores:
         key = model.columns.tobytes()
         if key not in self.chosen:
             self.chosen.clear()
-            training, held_out = self._beside_baseline()
-            of_blocks = [(scored, products_of(blocks, model)) for scored, blocks in held_out]
-            self.chosen[key] = (products_of(training, model), of_blocks)
+            training, blocks = self._beside_baseline()
+            self.chosen[key] = products_of(training, model), products_of(blocks, model)
         return self.chosen[key]
 
     def _beside_baseline(self) -> _FoldProducts:
@@ -445,18 +435,14 @@ class ClassScores:
         if not self.base_products:
             table, base = self.table, slice(1, 1 + self.table.n_base)
             penalty = _class_model(table, (), (), jitter=self.constants.jitter).penalty
-            training = table.training.copy()
-            held_out = []
-            for fold, outside in enumerate(training):
-                scored = np.flatnonzero(table.folds == fold)
-                blocks = table.gram[scored]
-                if table.n_base:
-                    fit = _solved(_factor(outside[base, base] + penalty), outside[base])
-                    outside -= outside[:, base] @ fit
-                    for block in blocks:
-                        # Half of what is taken twice from both sides.
-                        taken = (block[:, base] - 0.5 * fit.T @ block[base, base]) @ fit
-                        block -= taken + taken.T
-                held_out.append((scored, blocks))
-            self.base_products.append((training, held_out))
+            training, blocks = table.training.copy(), table.gram.copy()
+            for fold, outside in enumerate(training if table.n_base else ()):
+                fit = _solved(_factor(outside[base, base] + penalty), outside[base])
+                taken, both = np.matmul(outside[:, base], fit), np.empty_like(outside)
+                outside -= taken
+                for block in map(blocks.__getitem__, np.flatnonzero(table.folds == fold)):
+                    # Half of what is taken twice from both sides.
+                    half = block[:, base] - 0.5 * fit.T @ block[base, base]
+                    block -= np.add(np.matmul(half, fit, out=taken), taken.T, out=both)
+            self.base_products.append((training, blocks))
         return self.base_products[0]

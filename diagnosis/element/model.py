@@ -38,6 +38,8 @@ _TOGETHER, _AT_ONCE = 8, 2048
 STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.
 _RUN_IN_PERIODS = 2
+#: Parameter sets whose values are kept.
+_MOST_VALUES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,10 +182,7 @@ class ElementModel(ModelInTime):
         """
         if not self.by_force or self._values(effects, runs[0][1][0]).table is None:
             return None
-        # Records share most sets.
-        distinct = {theta.tobytes(): theta for _, sets in runs for theta in sets}
-        of_set = {key: self._values(effects, theta) for key, theta in distinct.items()}
-        lanes = [(record, of_set[theta.tobytes()]) for record, sets in runs for theta in sets]
+        lanes = [(record, self._values(effects, theta)) for record, sets in runs for theta in sets]
         if any(values.table is None for _, values in lanes):
             return None
         lengths = [_n_driven(record) for record, _ in lanes]
@@ -257,7 +256,12 @@ class ElementModel(ModelInTime):
         )
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
-        """Values of a parameter set, sorted by what takes them."""
+        """Values of a parameter set, sorted by what takes them; those asked for last are kept."""
+        last, key = _LAST_VALUES.setdefault(self, {}), (effects, theta.tobytes())
+        if known := last.get(key):
+            return known
+        if len(last) >= _MOST_VALUES:
+            last.clear()
         states: dict[str, list[float]] = {}
         values = [(BASELINE, "m", self.mass or 0.0)]
         for parameter, value in zip(self.parameters(effects), theta.tolist(), strict=True):
@@ -265,7 +269,8 @@ class ElementModel(ModelInTime):
                 states.setdefault(parameter.run, []).append(value)
             else:
                 values.append((parameter.effect, parameter.name, value))
-        return self._sorted(values, states)
+        last[key] = known = self._sorted(values, states)
+        return known
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
@@ -367,3 +372,5 @@ def values_by_effect(
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.
 _FINE_DRIVES: WeakKeyDictionary[ElementRecord, dict[int, FloatArray]] = WeakKeyDictionary()
+#: Values of the parameter sets that a model was asked for last, which all records share.
+_LAST_VALUES: WeakKeyDictionary[ElementModel, dict[object, _Values]] = WeakKeyDictionary()

@@ -254,7 +254,7 @@ def _linear_element(
     if not least < most:
         # A drive of one line tells stiffness less inertia only: both came out as nothing, or as
         # those of a resonance at the drive, far too large.
-        searched = _searched(records, frequency, mass)
+        searched = _searched(records, measured, frequency, mass)
         if searched is not None:
             resonant, misfit = _refined(records, searched, searched, mass)
             # Of a motion that no linear element follows the instruments' estimate stays.
@@ -280,11 +280,10 @@ def _refined(
 
 
 def _searched(
-    records: Sequence[ElementRecord], frequency: float, mass: float | None
+    records: Sequence[ElementRecord], measured: FloatArray, frequency: float, mass: float | None
 ) -> _Linear | None:
     """Element of some resonances and dampings about a frequency [rad/s] that predicts best."""
     elements = []
-    measured = np.concatenate([record.response[record.block >= 0] for record in records])
     for resonance, damping in product(frequency * _RESONANCES, _DAMPINGS):
         m = mass or 1.0
         unit = (m, m * resonance**2, 2.0 * m * damping * resonance, 0.0)
@@ -365,9 +364,10 @@ def _instrumental(
 
 def _response(record: ElementRecord, element: _Linear) -> FloatArray:
     """Deflection of a linear element from rest, straight lines between the samples of the force."""
-    m, K1, C1, f0 = element
-    numerator, denominator = _difference_equation(m, K1, C1, record.step)
-    return np.asarray(lfilter(numerator, denominator, record.drive - f0))
+    force = record.drive - element[-1]
+    if not force.any():
+        return force
+    return np.asarray(lfilter(*_difference_equation(*element[:3], record.step), force))
 
 
 @lru_cache(maxsize=16)  # the same for every record of a campaign

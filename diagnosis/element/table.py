@@ -310,7 +310,7 @@ def products_by_block(
             floors.append(floor * chosen.size)
             folds.append(int(fold[chosen[0]]))
         table.rows.clear()  # before those of the next run are made
-    energy = np.diag(gram.sum(axis=0)).copy()
+    energy = gram.diagonal(axis1=1, axis2=2).sum(axis=0)
     for group in table.groups.values():
         energy[group.columns] = energy[group.columns].mean()
     scale = np.asarray(1.0 / np.sqrt(np.maximum(energy, 1e-300)))

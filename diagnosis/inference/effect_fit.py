@@ -240,7 +240,7 @@ class SegmentCost:
         return CostSearch(self._sums, self.at, bounds, self.free, stop)
 
     def _sums(self, theta: FloatArray) -> CostSums[SegmentSums]:
-        return self._totals(theta, self.problem.sums(self.effects, theta, self.chosen))
+        return self._totals(theta, self.problem.sums(self.effects, theta, self.chosen, self.free))
 
     def _totals(self, theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
         """Cost, matrix and slope: chosen segments and prior together."""

@@ -112,8 +112,10 @@ class ComparisonProblem(ABC):
         """
 
     @abstractmethod
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums of the chosen segments."""
+    def sums(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
+    ) -> SegmentSums:
+        """Gauss-Newton sums of the chosen segments, of the free parameters at least."""
 
     @abstractmethod
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:

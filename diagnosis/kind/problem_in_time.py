@@ -184,6 +184,7 @@ class DifferencedResiduals(Generic[T]):
     residuals: Callable[[Sequence[tuple[T, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
     parameters: Sequence[Parameter]  # Unknowns, shape (p,)
     relative_step: float  # Step of the differences, relative to a parameter
+    free: BoolArray | None = None  # Parameters with differences, shape (p,); None: all
 
     def chosen(
         self, theta: FloatArray, chosen: BoolArray
@@ -248,7 +249,7 @@ class DifferencedResiduals(Generic[T]):
         """Differences of the parameters that a record has, by their number, shape (p,) each."""
         steps = {}
         for k, parameter in enumerate(self.parameters):
-            if parameter.run in (None, record.name):
+            if parameter.run in (None, record.name) and (self.free is None or self.free[k]):
                 step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
                 within = -step if theta[k] + step > parameter.upper else step
                 steps[k] = float(within) * (np.arange(theta.size) == k)
@@ -375,9 +376,11 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Unknowns of a set."""
         return self.model.parameters(effects)
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+    def sums(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
+    ) -> SegmentSums:
         """Gauss-Newton sums with derivatives by differences."""
-        return self.differenced(effects).sums(theta, chosen)
+        return replace(self.differenced(effects), free=free).sums(theta, chosen)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and cell; infinite where the motion diverges."""

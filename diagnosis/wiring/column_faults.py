@@ -430,10 +430,10 @@ def _filtered_record(
     record: LinearRecord, change: Callable[[FloatArray, FloatArray], FloatArray]
 ) -> LinearRecord:
     """Run with a change of its prediction and slopes."""
-    predicted = change(record.time, record.predicted)
+    signals = np.concatenate([record.predicted[None], record.columns])
+    predicted, *columns = change(record.time, signals.swapaxes(0, 1)).swapaxes(0, 1)
     residual = record.predicted + record.residual - predicted
-    columns = np.array([change(record.time, column) for column in record.columns])
-    return replace(record, predicted=predicted, residual=residual, columns=columns)
+    return replace(record, predicted=predicted, residual=residual, columns=np.array(columns))
 
 
 def low_pass(seconds: float, time: FloatArray, values: FloatArray) -> FloatArray:

@@ -1,5 +1,7 @@
 """Linear free decay nearest to the first swings of a release, and its derivatives."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
@@ -37,6 +39,17 @@ def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, Float
     tuple of ndarray, shape (n,)
         Deflection from the position of rest, its rate and its acceleration.
     """
+    c, s = _first_decay(deflection.tobytes(), step)
+    swing = c * np.exp(s * step * np.arange(deflection.size))
+    q, v, a = (np.real(s**order * swing) for order in range(3))
+    return q, v, a
+
+
+# A release is looked at again in every campaign whose other runs were changed.
+@lru_cache(maxsize=16)
+def _first_decay(samples: bytes, step: float) -> tuple[complex, complex]:
+    """Size c and exponent s [1/s] of the decay that a release begins with."""
+    deflection = np.frombuffer(samples, dtype=np.float64)
     n = deflection.size
     # No window: it would take the beginning, where the decay is largest.
     power = np.abs(np.fft.rfft(deflection - deflection[-(n // 4 + 1) :].mean(), _PADDED * n))
@@ -53,9 +66,7 @@ def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, Float
     shape = least_squares(residual, [1.0, _FIRST_RATIO], bounds=(low, high)).x
     s = _exponent(omega, shape)
     c, _ = _fitted(first, s * step)
-    swing = c * np.exp(s * step * np.arange(n))
-    q, v, a = (np.real(s**order * swing) for order in range(3))
-    return q, v, a
+    return c, s
 
 
 def released_motion(

@@ -133,7 +133,7 @@ class ShortSearch(LinearProblem):
     def starts(self, effects, known):
         return super().starts(effects, {} if effects == ("a", "b") else known)
 
-    def sums(self, effects, theta, chosen):
+    def sums(self, effects, theta, chosen, free=None):
         sums = super().sums(effects, theta, chosen)
         if effects != ("a", "b"):
             return sums

@@ -105,7 +105,9 @@ class LinearProblem(ComparisonProblem):
         ]
         return [np.array([known.get(key, 0.0) for key in keys])]
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+    def sums(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
+    ) -> SegmentSums:
         jacobian = self._jacobian(effects) * chosen[:, None, None]
         residual = (self.target - jacobian @ theta) * chosen[:, None]
         return SegmentSums(
