@@ -35,6 +35,9 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows import command_line
 from carrierflex.workflows.cached_results import FOLDER_VARIABLE
 
+# Before a test imports pyyeti itself, which sets how numpy and pandas print in the whole process.
+importlib.import_module("carrierflex.files.pyyeti_modules")
+
 ROOT = Path(__file__).parents[1]
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
 #: per cent already.

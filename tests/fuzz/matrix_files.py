@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import scipy.io
 import scipy.sparse as sp
-from pyyeti.nastran import op4
 
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.matrix_files import read_matrix
 from carrierflex.fe.matrices.node_files import read_dofs, read_nodes
+from carrierflex.files.pyyeti_modules import op4
 from tests.fe.matrices.written_formats import abaqus_coordinates, abaqus_input, harwell_boeing
 
 _matrix = partial(read_matrix, quantity="stiffness")
