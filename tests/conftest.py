@@ -35,9 +35,6 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows import command_line
 from carrierflex.workflows.cached_results import FOLDER_VARIABLE
 
-# Before a test imports pyyeti itself, which sets how numpy and pandas print in the whole process.
-importlib.import_module("carrierflex.files.pyyeti_modules")
-
 ROOT = Path(__file__).parents[1]
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
 #: per cent already.
@@ -67,11 +64,13 @@ def pytest_collection():
     """Collect without the garbage collector, and keep it from what was collected.
 
     Modules and tests stay to the end. It would walk them again and again: a third of the time of
-    collection, and most of a second whenever a test makes it look at everything.
+    collection, and most of a second whenever a test makes it look at everything. Tests that import
+    pyyeti set how numpy and pandas print in the whole process: it is as before afterwards.
     """
     gc.disable()
     try:
-        return (yield)
+        with np.printoptions():
+            return (yield)
     finally:
         gc.freeze()
         gc.enable()
