@@ -144,8 +144,8 @@ def abaqus_mesh(path: Path) -> ForeignMesh:
         mesh = meshio.abaqus._abaqus.read_buffer(deck)
     except KeyError as error:
         raise ValueError(
-            f"an element or a set names number {error.args[0]}, which nothing of this file has; expected "
-            "all nodes and elements in *NODE and *ELEMENT"
+            f"an element or a set names number {error.args[0]}, which nothing of this file has; "
+            "expected all nodes and elements in *NODE and *ELEMENT"
         ) from error
     members: dict[str, list[NDArray[np.int64]]] = {}
     for name, of_blocks in mesh.cell_sets.items():
