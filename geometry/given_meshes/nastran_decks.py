@@ -294,6 +294,6 @@ def grids_in_frames(entries: Iterable[Entry]) -> "pd.DataFrame":
         return bulk.bulk2uset(io.StringIO(bulk_text(entries, r"GRID|CORD2[RCS]")))[0]
     except (KeyError, ValueError) as error:
         raise ValueError(
-            f"a GRID names a coordinate system that is not there ({error}); expected its CORD2R, "
-            "CORD2C or CORD2S in this file"
+            f"a GRID names a coordinate system that is not there ({error.args[0]}); expected its "
+            "CORD2R, CORD2C or CORD2S in this file"
         ) from error
