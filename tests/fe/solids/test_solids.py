@@ -313,7 +313,7 @@ def test_links_of_a_nastran_mesh_are_its_pilots(folder):
     start, end = (mesh.numbers[np.isclose(x, at)].tolist() for at in (x.min(), x.max()))
     # Nine nodes of an end take a continuation line.
     cards = (
-        f"GRID,9001,,{x.min()!r},.25,.25\nGRID,9002,,{x.max()!r},.25,.25\n"
+        f"GRID,9001,,{x.min():.9f},.25,.25\nGRID,9002,,{x.max():.9f},.25,.25\n"
         f"RBE3,1,,9001,123456,1.0,123,{start[0]},{start[1]}\n"
         f"+,{','.join(map(str, start[2:]))}\n"
         f"RBE2,2,9002,123456,{','.join(map(str, end[:5]))}\n+,{','.join(map(str, end[5:]))}\n"
