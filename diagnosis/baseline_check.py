@@ -306,8 +306,8 @@ def _unsized_rivals(
     if wiring.has_cheap_refits:
         faults += load_faults(campaign)
     for fault in faults:
-        square = wiring.refitted(fault.corrected)
         corrected = fault.corrected
+        square = wiring.refitted(corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line, corrected=corrected)
 
 
@@ -356,10 +356,14 @@ def with_findings(
     baseline = _without_explained(baseline, diagnosis)
     # The baseline says which of two channels is the copy. Of faults that explain as much the kind
     # comes first; all others stay in their order.
-    is_told = COPIED_CHANNEL in [warning.id for warning in baseline.warnings]
+    copies = {warning.about for warning in baseline.warnings if warning.id == COPIED_CHANNEL}
     ranked = sorted(
         (
-            *(one for one in records if not (is_told and one.check == _COPIED)),
+            *(
+                one
+                for one in records
+                if one.check != _COPIED or not copies.intersection(one.about.split(", "))
+            ),
             *baseline.warnings,
         ),
         key=lambda warning: (

@@ -6,7 +6,7 @@ delays can be tried there without a fit of the baseline.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from scipy.fft import irfft, rfft
 from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
 from carrierflex.diagnosis.wiring.refits import (
     TORQUE_SIGN,
     ClockDrift,
@@ -184,10 +185,7 @@ def element_rivals(
     if not campaign.contract.inputs:
         return ()
     name = next(iter(campaign.contract.inputs))
-    runs = tuple(
-        replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
-    )
-    corrected = replace(campaign, runs=runs)
+    corrected = with_scaled_inputs(campaign, {name: (name, -1.0)})
     square = refitted(corrected)
     line = sample_of(campaign.runs[0].file, 0)
     text = f"'{name}' of the other sign"

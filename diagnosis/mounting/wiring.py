@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.wiring.load_faults import with_inputs
+from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
 from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     LOAD_AXES,
@@ -31,7 +31,6 @@ from carrierflex.diagnosis.wiring.refits import (
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
 FloatArray = NDArray[np.float64]
@@ -144,13 +143,8 @@ def _gain_rivals(
             continue
         square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
-        corrected = with_inputs(campaign, "", {name: partial(_times, name, gain)})
+        corrected = with_scaled_inputs(campaign, {name: (name, gain)})
         yield WiringRival(INPUT_GAIN, name, text, square, "run files", corrected=corrected)
-
-
-def _times(name: str, factor: float, run: Run) -> FloatArray:
-    """Load of a run, times a factor."""
-    return factor * run.inputs[name]
 
 
 def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[str]) -> WiringRival:

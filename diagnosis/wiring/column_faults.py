@@ -21,7 +21,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     baseline_sums,
     load_answers,
 )
-from carrierflex.diagnosis.wiring.load_faults import ANGLE
+from carrierflex.diagnosis.wiring.load_faults import ANGLE, with_inputs
 from carrierflex.diagnosis.wiring.refits import (
     CURVED_CHANNEL,
     DRIFT,
@@ -237,11 +237,11 @@ def drifting_gain(
     if middle <= 0.5 * abs(growth):
         return
 
-    def level(run: Run) -> Run:
-        gain = middle + growth * _along(run, run.time)
-        return replace(run, inputs={**run.inputs, name: run.inputs[name] * gain})
+    def level(run: Run) -> FloatArray:
+        """Load of a run with its gain."""
+        return run.inputs[name] * (middle + growth * _along(run, run.time))
 
-    corrected = replace(campaign, runs=tuple(map(level, campaign.runs)))
+    corrected = with_inputs(campaign, "", {name: level})
     square = refitted(corrected)
     if square <= gap.half:
         text = f"the gain of {name} drifting by {-growth:.1%} over every run taken out"
@@ -297,12 +297,12 @@ def late_load(
             },
         )
         late, tau = lag = best.x
-        loads = [_earlier(lag, CubicSpline(run.time, run.inputs[name])) for run in campaign.runs]
-        changed = tuple(
-            replace(run, inputs={**run.inputs, name: load})
-            for run, load in zip(campaign.runs, loads, strict=True)
-        )
-        corrected = replace(campaign, runs=changed)
+
+        def earlier(run: Run, name: str = name, lag: FloatArray = lag) -> FloatArray:
+            """Load of a run as it acts."""
+            return _earlier(lag, CubicSpline(run.time, run.inputs[name]))
+
+        corrected = with_inputs(campaign, "", {name: earlier})
         square = refitted(corrected)
         if square <= gap.half:
             text = f"{name} put right, which is {late:.2g} s late and filtered with {tau:.2g} s,"

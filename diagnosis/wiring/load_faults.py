@@ -219,12 +219,35 @@ def _fault(
     campaign: Campaign, run: str, id: str, text: str, sources: Mapping[str, tuple[str, float]]
 ) -> CorrectedCampaign:
     """Fault whose inputs are others of the same run, with a factor."""
+    corrected = with_scaled_inputs(campaign, sources, run)
+    return CorrectedCampaign(id, ", ".join(sources), text, corrected)
+
+
+def with_scaled_inputs(
+    campaign: Campaign, sources: Mapping[str, tuple[str, float]], run: str = ""
+) -> Campaign:
+    """Campaign with inputs that are others of the same run, with a factor; in one run, or in all.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    sources : mapping of str to (str, float)
+        Input that is read for another one, and the factor, by the name of that one.
+    run : str
+        Run whose inputs are changed; empty: those of all runs.
+
+    Returns
+    -------
+    Campaign
+        The same signals with other inputs.
+    """
 
     def taken(source: str, factor: float) -> _Change:
         return lambda of_run: factor * of_run.inputs[source]
 
     changes = {name: taken(source, factor) for name, (source, factor) in sources.items()}
-    return CorrectedCampaign(id, ", ".join(sources), text, with_inputs(campaign, run, changes))
+    return with_inputs(campaign, run, changes)
 
 
 def with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -> Campaign:

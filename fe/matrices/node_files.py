@@ -85,8 +85,9 @@ def read_nodes(path: Path) -> NodeTable:
             "folder: its EXTRN entry says which components of every grid the matrices have"
         )
     if suffix == ".inp":
-        nodes = deck_nodes(path)
-        _refuse_turned_nodes(path)
+        content = plain_content(path, _EXPECTED, _MOST_BYTES)
+        nodes = _nodes_of_deck(path, content)
+        _refuse_turned_nodes(path, content)
         return nodes
     size = check_plain_file(path, _EXPECTED, _MOST_BYTES, text=True)
     return in_child(_nastran_nodes, path, size, about=path, what="pyyeti")
@@ -100,16 +101,18 @@ def deck_nodes(path: Path) -> NodeTable:
     FileNotFoundError, ValueError
         As :func:`read_nodes`.
     """
-    content = plain_content(path, _EXPECTED, _MOST_BYTES)
+    return _nodes_of_deck(path, plain_content(path, _EXPECTED, _MOST_BYTES))
+
+
+def _nodes_of_deck(path: Path, content: bytes) -> NodeTable:
     try:
         return _deck_nodes(content)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
 
-def _refuse_turned_nodes(path: Path) -> None:
+def _refuse_turned_nodes(path: Path, content: bytes) -> None:
     # Abaqus keeps the rows of such nodes in their own directions, CalculiX does not.
-    content = plain_content(path, _EXPECTED, _MOST_BYTES)
     line = re.search(rb"(?im)^[ \t]*\*[ \t]*TRANSFORM\b.*", content)
     if line is not None:
         raise ValueError(

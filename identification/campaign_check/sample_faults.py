@@ -39,8 +39,8 @@ _COARSE = 1.5
 #: displacement the second one counts.
 _OF_RANGE, _OF_RANGE_DRIVEN = 0.03, 0.5
 #: Value over the RMS of a signal, and of its steps, below which it is near zero, how often it must
-#: come there, the share of these times at which it must bend, and how near it comes at the nearest,
-#: over the RMS of its steps.
+#: come there, the share of these times at which it must bend, and how near it comes at a quarter of
+#: them, over the RMS of its steps.
 _NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS, _NEAREST = 0.1, 0.7, 8, 0.5, 0.25
 #: Phase [rad] of a signal's mean frequency over which a parabola follows it, and the most that it
 #: leaves of a signal with its sign over what it leaves of one without.
