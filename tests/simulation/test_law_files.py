@@ -150,7 +150,7 @@ def test_a_law_is_read_as_it_was_written(name, tmp_path):
 
 
 def test_the_file_of_the_manual_is_a_law(tmp_path):
-    page = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "own_effects.md").read_text(encoding="utf-8")
     example = re.search(r'```toml\n(format = "carrierflex-law".*?)```', page, re.DOTALL)
     (tmp_path / "law.toml").write_text(example[1], encoding="utf-8")
     law = read_law(tmp_path / "law.toml")
