@@ -191,9 +191,11 @@ def _are_enough(
     laws: Effects, answer: ClassAnswer, reduction: GapReduction, limits: Thresholds
 ) -> bool:
     """Whether laws leave no more than noise, or no more than the classes do."""
-    # Of laws and classes that are scored alike the laws, which have fewer parameters, are believed
-    # unless a class explains as much more as a second cause would.
+    # Laws have fewer parameters: in the classes of the answer they are believed unless these
+    # explain as much more as a second cause would. Laws of other classes may only come near.
     behind = min(answer.share, 1.0) - reduction.phi
+    if answer.state != NO_CLASS and not _covered(laws, answer):
+        return bool(laws) and behind <= 0.0
     is_near_floor = reduction.floor_multiple <= limits.near_floor
     return bool(laws) and (is_near_floor or behind <= ClassConstants().second_cause)
 

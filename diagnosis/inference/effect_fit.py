@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
@@ -178,6 +179,7 @@ def fit_effects(
         theta, cost, sums = cost_of.minimised(candidates[0])
     parameters = problem.parameters(effects)
     at_bound = _bound_hits(parameters, theta)
+    at_bound |= _are_absent(cost_of, parameters, theta, sums)
     fit = EffectFit(effects, parameters, theta, cost, sums, cost_of.prior, at_bound)
     if best is not None and costs_more(cost, best.cost):
         raise NestedFitError(fit, best)
@@ -283,3 +285,19 @@ def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray
     is_limit &= theta <= bounds.lower + margin
     # A value that is held stands on no bound.
     return bounds.hits(theta, margin) & (bounds.lower < bounds.upper) & ~is_limit
+
+
+def _are_absent(
+    cost_of: "SegmentCost", parameters: Sequence[Parameter], theta: FloatArray, sums: SegmentSums
+) -> BoolArray:
+    """Which sizes of added effects noise does not distinguish from their bound of zero."""
+    # An effect of several sizes may bend to another cause by one of them, its first one absent.
+    matrix = sums.total_matrix() + np.diag(cost_of.prior.weight)
+    std = np.sqrt(cost_of.problem.noise_floor_square * np.diag(normal_inverse(matrix)))
+    are_sizes = [
+        parameter.effect in cost_of.effects
+        and parameter.lower == 0.0
+        and not (parameter.shape or parameter.may_reach_lower)
+        for parameter in parameters
+    ]
+    return np.array(are_sizes, dtype=bool) & (theta < ClassConstants().standard_errors * std)

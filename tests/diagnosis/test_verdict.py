@@ -482,12 +482,22 @@ def test_of_laws_and_classes_scored_alike_laws_stand_unless_a_class_explains_a_s
     friction = replace(answer(classes=[finding("friction")]), same_scores=True)
     floor = at_floor(friction)
     assert (floor.verdict, floor.answer.state) == (AT_NOISE_FLOOR, NOTHING)
-    near = joint(friction, ("cube",), phi=0.97)
-    assert (near.verdict, near.effects, near.answer.ids) == (NAMED, ("cube",), ("spring",))
-    assert joint(friction, ("cube",), phi=0.9).verdict == CLASS_NAMED
+    near = joint(friction, ("coulomb",), phi=0.97)
+    assert (near.verdict, near.effects, near.answer.ids) == (NAMED, ("coulomb",), ("friction",))
+    assert joint(friction, ("coulomb",), phi=0.9).verdict == CLASS_NAMED
     assert joint(friction, phi=0.97).verdict == CLASS_NAMED
     # What leaves no more than noise is believed however much more a class learns.
-    assert joint(friction, ("cube",), phi=0.9, floor_multiple=1.0).verdict == NAMED
+    assert joint(friction, ("coulomb",), phi=0.9, floor_multiple=1.0).verdict == NAMED
+
+
+@pytest.mark.parametrize("floors", [1.0, 1.2])
+def test_a_law_of_another_class_stands_only_where_it_explains_what_the_class_does(floors):
+    """Planets that pass are not named for lobes that explain more, however small the gap."""
+    friction = replace(answer(classes=[finding("friction")]), same_scores=True)
+    behind = joint(friction, ("cube",), phi=0.985, floor_multiple=floors)
+    assert (behind.verdict, behind.answer.ids) == (CLASS_NAMED, ("friction",))
+    ahead = joint(friction, ("cube",), phi=0.991, floor_multiple=floors)
+    assert (ahead.verdict, ahead.effects, ahead.answer.ids) == (NAMED, ("cube",), ("spring",))
 
 
 def test_of_the_classes_of_a_law_that_stands_the_one_that_was_seen_is_its_own():

@@ -92,6 +92,21 @@ def test_a_clearance_that_closes_below_every_load_is_on_no_bound():
     assert_allclose(fit.sums.square.sum() / problem.cell_counts.sum(), NOISE**2, rtol=0.05)
 
 
+@pytest.mark.long
+def test_pins_that_bend_to_a_tilt_without_closing_are_on_their_bound():
+    """Closed pins carry the radial load too: without their own part they are any tilt by it."""
+    problem = carrier_problem(twin_campaign("ntl_tilt", turns=4), CURVES)
+    fit = fit_effects(problem, ("pin_clearance",))
+    on_bound = {
+        parameter.name
+        for parameter, hit in zip(fit.parameters, fit.at_bound, strict=True)
+        if hit and parameter.effect == "pin_clearance"
+    }
+    assert on_bound == {"c"}
+    left = fit.sums.square.sum() / fit_effects(problem, ()).sums.square.sum()
+    assert left < 0.2
+
+
 def share_of_held_out_loads(gap, weights):
     """Share of the static gap's square that is left where each load is predicted from the others.
 

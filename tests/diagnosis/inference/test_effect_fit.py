@@ -75,6 +75,19 @@ def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
     assert fit.at_bound[index]
 
 
+@pytest.mark.parametrize(("errors", "is_absent"), [(0.0, True), (5.0, False)])
+def test_a_size_that_noise_does_not_distinguish_from_zero_stands_on_its_bound(errors, is_absent):
+    # One standard error of the size, from the fit of records without the effect.
+    C2 = errors * 0.028
+    fit = fit_effects(
+        element_problem(force_campaign(lambda q, v: C2 * v * abs(v))), ("quadratic_damping",)
+    )
+    index = next(
+        k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping"
+    )
+    assert fit.at_bound[index] == is_absent
+
+
 def test_given_mass_is_not_fitted():
     campaign = force_campaign(lambda q, v: 0.0, amplitudes=(1.0,))
     campaign.rig["mass"] = MASS

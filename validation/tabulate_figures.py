@@ -1,0 +1,142 @@
+"""Figures of whole diagnoses of sealed cases, as the validation page has them.
+
+    python -m validation.tabulate_figures ANSWERS.jsonl [MORE.jsonl ...] --truth FOLDER/truth
+
+The answers are files of `run_tree`, the truth is that of `paired_cases`. Cases are scored as
+`carrierflex blind-check` scores them: elements and causes in forms of no law by class, the others
+by law. Intervals are Wilson's.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from carrierflex.blind_check.labels import KINDS, Label
+from carrierflex.blind_check.scoring.scoring import Figure, share_figure
+from carrierflex.blind_check.sealing.check import LABELS_FILE
+from carrierflex.blind_check.sealing.verdicts import Verdict
+from carrierflex.workflows.diagnosis.scored_check import scored
+from validation.paired_score import read_answer, scored_answer, textbook_laws, with_classes
+from validation.run_tree import read_lines
+
+#: What ends or begins the names of figures that the page leaves out: times, single outcomes.
+_SINGLE_OUTCOMES = (": wrong", ": tie", ": abstained", ": silent", ": failed", " floors")
+_TIMES = ("seconds a case", "median |rho")
+
+
+def read_cases(answers: Sequence[Path], truth: Path) -> tuple[dict[str, Label], dict[str, Verdict]]:
+    """Labels of the cases that are answered, and the answers.
+
+    Parameters
+    ----------
+    answers : sequence of Path
+        Files of `run_tree`.
+    truth : Path
+        Folder with the labels of each kind.
+    """
+    written = {
+        case: Label.from_text(json.dumps(content))
+        for path in sorted(truth.glob(f"*/{LABELS_FILE}"))
+        for case, content in json.loads(path.read_text(encoding="utf-8")).items()
+    }
+    verdicts = {
+        row["case"]: read_answer(row, path.with_suffix(""))
+        for path in answers
+        for row in read_lines(path)
+        if row["case"] in written
+    }
+    return {case: written[case] for case in verdicts}, verdicts
+
+
+def figures_of_cases(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> list[Figure]:
+    """Figures of the blind check, and of the laws that are named.
+
+    Parameters
+    ----------
+    labels : dict
+        Truth by case.
+    verdicts : dict
+        Answer by case.
+    """
+    result, _ = scored(labels, verdicts, "")
+    scores = [each for each in (result.class_score, result.score) if each is not None]
+    figures = [
+        figure
+        for each in scores
+        for figure in each.figures
+        if figure.cases
+        and not figure.name.endswith(_SINGLE_OUTCOMES)
+        and not figure.name.startswith(_TIMES)
+    ]
+    return figures + list(_law_figures(labels, verdicts))
+
+
+def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iterator[Figure]:
+    """How often the laws that are named are those withheld, or false."""
+    for kind in KINDS:
+        answers = [
+            (with_classes(label), scored_answer(with_classes(label), verdicts[case]))
+            for case, label in labels.items()
+            if label.kind == kind
+        ]
+        if not answers:
+            continue
+        textbook = [answer for label, answer in answers if textbook_laws(label)]
+        yield share_figure(
+            kind,
+            "textbook laws: named rightly, alone or in a tie",
+            [bool(answer.is_law_right) for answer in textbook],
+        )
+        yield share_figure(
+            kind,
+            "the same, nearest laws of the classes counted",
+            [bool(answer.is_law_right or answer.is_nearest_right) for answer in textbook],
+        )
+        yield share_figure(
+            kind,
+            "all cases: a false law",
+            [answer.is_law_false for _, answer in answers],
+            "<= 1 %",
+            lambda share, cases: share <= 0.01,
+        )
+
+
+def page_tables(figures: Sequence[Figure]) -> str:
+    """Markdown table of each kind.
+
+    Parameters
+    ----------
+    figures : sequence of Figure
+        Figures of all kinds.
+    """
+    lines: list[str] = []
+    for kind in reversed(KINDS):
+        rows = [figure for figure in figures if figure.kind == kind and figure.cases]
+        if rows:
+            lines += [f"| {kind} | required | actual | 95 % | cases |", "|---|---|---|---|---|"]
+            lines += [_row(figure) for figure in rows]
+            lines.append("")
+    return "\n".join(lines)
+
+
+def _row(figure: Figure) -> str:
+    low, high = (100.0 * end for end in figure.interval or (0.0, 1.0))
+    share, required = 100.0 * figure.value, figure.wanted or "-"
+    return (
+        f"| {figure.name} | {required} | {share:.1f} % | {low:.0f} to {high:.0f} % "
+        f"| {figure.cases} |"
+    )
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("answers", type=Path, nargs="+", help="answers of run_tree (.jsonl)")
+    parser.add_argument("--truth", type=Path, required=True, help="folder of the labels")
+    chosen = parser.parse_args()
+    print(page_tables(figures_of_cases(*read_cases(chosen.answers, chosen.truth))))
+
+
+if __name__ == "__main__":
+    main()
