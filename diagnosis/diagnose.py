@@ -19,7 +19,6 @@ from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scal
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.law_fits import (
-    HeldOut,
     LawFits,
     Selection,
     candidate_sets,
@@ -41,7 +40,6 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
     NamedValue,
-    Rejection,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
@@ -126,11 +124,11 @@ def diagnose(
     judged = _with_unknown_floor(
         judged,
         problem,
-        float(fits.score(()).square.sum()),
+        float(fits.score(()).sum()),
         most=limits.most_coloured,
         floor_is_measured=floor_is_measured,
     )
-    before, after = fits.score(()).fit, fits.score(selection.accepted).fit
+    before, after = fits.fit(()), fits.fit(selection.accepted)
     aliases = _aliases(judged, selection)
     note("separating trials")
     trial = _separating_trial(fits, selection, judged)
@@ -181,7 +179,7 @@ def _established(
     absent: frozenset[str] = frozenset()
     while True:
         selection = selected(fits, sets, absent, alike)
-        fit = fits.score(selection.accepted).fit
+        fit = fits.fit(selection.accepted)
         published = published_values(problem, fit, floor_ratio=floor_ratio)
         uncertain = {law for law in selection.accepted if _may_be_absent(published, law)}
         if selection.rivals or not uncertain:
@@ -205,7 +203,7 @@ def _may_be_absent(published: PublishedValues, law: str) -> bool:
     )
 
 
-def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:
+def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | str | None:
     """How far the measured shapes of an answer shrink the gap in the simulator."""
     fits.note("measured shapes")
     effects = tuple(
@@ -216,10 +214,9 @@ def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | R
     problem = fits.problem.with_laws(answer.shapes, library) if answer.shapes else None
     if problem is None or not set(effects) <= problem.cards.keys():
         return None
-    baseline: dict[Effects, HeldOut] = {(): fits.score(())}
-    of_shapes = replace(
-        fits, problem=problem, scores=baseline, fits={(): baseline[()].fit}, failed_searches={}
-    )
+    scores: dict[Effects, FloatArray] = {(): fits.score(())}
+    baseline: dict[Effects, EffectFit] = {(): fits.fit(())}
+    of_shapes = replace(fits, problem=problem, scores=scores, fits=baseline, failed_searches={})
     return of_shapes.rejection(effects) or gap_reduction(of_shapes, effects)
 
 

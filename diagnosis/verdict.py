@@ -28,7 +28,6 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     GapReduction,
-    Rejection,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -59,7 +58,7 @@ def verdict_of(
     limits: Thresholds,
     *,
     floor_is_measured: bool,
-    by_shapes: Callable[[ClassAnswer], GapReduction | Rejection | None] = lambda answer: None,
+    by_shapes: Callable[[ClassAnswer], GapReduction | str | None] = lambda answer: None,
     predictive: Effects = (),
     measured: Effects = (),
 ) -> Verdict:
@@ -106,7 +105,7 @@ def verdict_of(
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
     shapes = shapes or by_shapes(answer)
-    are_worse = isinstance(shapes, Rejection) or _leave_far_less(reduction, shapes)
+    are_worse = isinstance(shapes, str) or _leave_far_less(reduction, shapes)
     if laws and is_near_floor and are_worse:
         # In force space a friction that stops the mass stands in a further class.
         return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
@@ -234,9 +233,7 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
     return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
 
 
-def _leave_far_less(
-    first: GapReduction | Rejection | None, second: GapReduction | Rejection | None
-) -> bool:
+def _leave_far_less(first: GapReduction | str | None, second: GapReduction | str | None) -> bool:
     """Whether the first leaves less than any that is equal to the second."""
     # Measured shapes of classes, and laws, both simulated: a spring that hardens by a hyperbolic
     # sine follows a cubic law to 1 % of the gap, and its remainder is that of the law.
@@ -403,14 +400,14 @@ def _of_class(
     answer: ClassAnswer,
     laws: Effects,
     reduction: GapReduction,
-    by_shapes: GapReduction | Rejection | None,
+    by_shapes: GapReduction | str | None,
 ) -> Verdict:
     """The class is the answer; its laws are the nearest ones."""
     if isinstance(by_shapes, GapReduction):
         answer, of_class = _with_share(answer, by_shapes), by_shapes
     else:
         of_class = _class_reduction(answer, reduction)
-    if isinstance(by_shapes, Rejection):
+    if isinstance(by_shapes, str):
         without_laws = [replace(finding, measured_law=None) for finding in answer.classes]
         answer = replace(
             answer,

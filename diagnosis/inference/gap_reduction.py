@@ -1,7 +1,7 @@
 """How far the gap shrinks on held-out records: accepted laws with intervals, given laws in turn."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.law_fits import (
     Fold,
-    HeldOut,
     LawFits,
     explained_share,
     fold_thetas,
@@ -44,18 +43,16 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
     segments, intervals by the two-level bootstrap (conditions, then segments).
     """
     problem = search.problem
-    before, after = _baseline_score(search), search.score(accepted)
-    if not accepted:
-        after = before
+    before = _baseline_square(search)
+    after = search.score(accepted) if accepted else before
     rho, rho_draws, phi, phi_draws = _ratios(search, before, after)
     floor = float(np.sqrt(search.floor))
     n_samples = problem.cell_counts.sum()
-    rms = [float(np.sqrt(score.square.sum() / n_samples)) for score in (before, after)]
-    cells_before = problem.gap_cells(before.fit.effects, before.fit.theta)
+    rms = [float(np.sqrt(square.sum() / n_samples)) for square in (before, after)]
+    baseline, fit = search.fit(()), search.fit(accepted)
+    cells_before = problem.gap_cells((), baseline.theta)
     # One map where nothing is accepted: of hundreds of runs it holds a million cells.
-    cells_after = (
-        problem.gap_cells(after.fit.effects, after.fit.theta) if accepted else cells_before
-    )
+    cells_after = problem.gap_cells(fit.effects, fit.theta) if accepted else cells_before
     return GapReduction(
         rms_before=rms[0],
         rms_after=rms[1],
@@ -69,43 +66,37 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
         steps=_steps(search, accepted, before),
         cells_before=cells_before,
         cells_after=cells_after,
-        validation=_validation(problem, cells_before, cells_after, after.fit),
-        blocks=_block_scores(problem, before),
+        validation=_validation(problem, cells_before, cells_after, fit),
+        blocks=tuple(
+            BlockScore(one.run, one.condition, one.block, one.n_samples, square)
+            for one, square in zip(problem.segments, _by_sample(problem, before), strict=True)
+        ),
     )
 
 
-def _baseline_score(search: LawFits) -> HeldOut:
-    """Score of the baseline: held out, or where that exceeds the signal, fitted to all records."""
+def _by_sample(problem: ComparisonProblem, square: FloatArray) -> list[float]:
+    """Mean squares of the samples of every segment."""
+    n_samples = np.array([segment.n_samples for segment in problem.segments])
+    return (square / np.maximum(n_samples, 1)).tolist()
+
+
+def _baseline_square(search: LawFits) -> FloatArray:
+    """Squares of the baseline: held out, or where they exceed the signal, of the fit to all."""
     # A baseline that other records do not determine (mass and spring at one frequency) may predict
     # held-out ones worse than no motion would be; that is no gap which a cause could close.
-    problem, score = search.problem, search.score(())
-    if not score.square.sum() > problem.signal_square:
-        return score
+    problem, square = search.problem, search.score(())
+    if not square.sum() > problem.signal_square:
+        return square
     everywhere = np.ones(len(problem.segments), dtype=bool)
-    fitted = problem.squares((), score.fit.theta, everywhere).sum(axis=1)
-    return replace(score, square=fitted)
+    return problem.squares((), search.fit(()).theta, everywhere).sum(axis=1)
 
 
-def _block_scores(problem: ComparisonProblem, score: HeldOut) -> tuple[BlockScore, ...]:
-    """Held-out mean square of every block."""
-    return tuple(
-        BlockScore(
-            segment.run,
-            segment.condition,
-            segment.block,
-            segment.n_samples,
-            square / max(segment.n_samples, 1),
-        )
-        for segment, square in zip(problem.segments, score.square.tolist(), strict=True)
-    )
-
-
-def _rho(before: HeldOut, after: HeldOut) -> float:
-    return float(np.sqrt(after.square.sum() / before.square.sum()))
+def _rho(before: FloatArray, after: FloatArray) -> float:
+    return float(np.sqrt(after.sum() / before.sum()))
 
 
 def _ratios(
-    search: LawFits, before: HeldOut, after: HeldOut
+    search: LawFits, before: FloatArray, after: FloatArray
 ) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
     counts = two_level_counts(
@@ -114,15 +105,17 @@ def _ratios(
         rng=np.random.default_rng(_SEED + search.thresholds.seed),
     )
     noise = search.problem.noise_square.sum(axis=1)
-    sums = [counts @ values for values in (before.square, after.square, noise)]
+    sums = [counts @ values for values in (before, after, noise)]
     phi_draws = np.array([explained_share(b, a, n) for b, a, n in zip(*sums, strict=True)])
-    phi = explained_share(before.square.sum(), after.square.sum(), noise.sum())
+    phi = explained_share(before.sum(), after.sum(), noise.sum())
     return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
 
 
-def _taken(problem: ComparisonProblem, before: HeldOut, after: HeldOut) -> Mapping[str, Any]:
-    """What an effect takes by run, and in the halves of the runs: RMS, negative where it harms."""
-    square = before.square - after.square
+def _taken(problem: ComparisonProblem, square: FloatArray) -> Mapping[str, Any]:
+    """RMS that an effect takes by run, and in the halves of the runs; negative where it harms.
+
+    `square` is what the squares are less by with it, shape (n_segments,).
+    """
     samples = np.array([segment.n_samples for segment in problem.segments])
     runs = np.array([segment.run for segment in problem.segments])
     block = np.array([segment.block for segment in problem.segments])
@@ -148,9 +141,9 @@ def _interval(draws: FloatArray) -> Interval:
     return float(low), float(high)
 
 
-def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[SelectionStep, ...]:
+def _steps(search: LawFits, accepted: Effects, base: FloatArray) -> tuple[SelectionStep, ...]:
     """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
-    rms = float(np.sqrt(base.square.sum() / search.problem.cell_counts.sum()))
+    rms = float(np.sqrt(base.sum() / search.problem.cell_counts.sum()))
     steps = [SelectionStep("baseline", rms, 1.0, NO_INTERVAL)]
     inside: Effects = ()
     phi, phi_draws = 0.0, np.zeros(1)
@@ -169,7 +162,7 @@ def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[Selection
                 _interval(search.reduction_draws(base, score)),
                 share=new_phi - phi,
                 share_ci95=_interval(new_draws - phi_draws),
-                **_taken(search.problem, without, score),
+                **_taken(search.problem, without - score),
             )
         )
         phi, phi_draws = new_phi, new_draws
@@ -179,14 +172,12 @@ def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[Selection
 def _extrapolation(search: LawFits, accepted: Effects) -> float:
     """Ratio of RMS in the condition with the largest gap, predicted from all others."""
     problem = search.problem
-    base = search.score(())
-    counts = np.array([segment.n_samples for segment in problem.segments])
-    fold = _extrapolation_fold(problem.segments, base.square / counts)
+    fold = _extrapolation_fold(problem.segments, _by_sample(problem, search.score(())))
     if fold is None or not accepted:
         return float("nan")
     squares = []
     for effects in ((), accepted):
-        fit = search.score(effects).fit
+        fit = search.fit(effects)
         (theta,) = fold_thetas(problem, fit, fold)
         # The fit may hold the same effects in another order.
         squares.append(problem.squares(fit.effects, theta, fold.held_out)[fold.held_out].sum())
