@@ -73,8 +73,8 @@ from carrierflex.diagnosis.wiring.refits import (
     drifting_clocks,
     exchanged_runs,
     fault_words,
+    put_back,
     refitted_clock,
-    without_delay,
 )
 from carrierflex.diagnosis.wiring.spoilt_readings import (
     jittered_samples,
@@ -301,14 +301,11 @@ def _unsized_rivals(
     spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
     # Either is white noise too.
     yield from spoilt or noisier_readings(linear(), campaign, gap)
-    line = sample_of(campaign.runs[0].file, 0)
-    faults = [*held_inputs(campaign)]
+    for fault in held_inputs(campaign):
+        yield fault.by(wiring.refitted)
     if wiring.has_cheap_refits:
-        faults += load_faults(campaign)
-    for fault in faults:
-        corrected = fault.corrected
-        square = wiring.refitted(corrected)
-        yield WiringRival(fault.id, fault.about, fault.text, square, line, corrected=corrected)
+        for fault in load_faults(campaign):
+            yield fault.by(wiring.refitted)
 
 
 def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> _Linear:
@@ -321,17 +318,14 @@ def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray)
 
 def _drifting(
     linear: Iterable[LinearRecord], campaign: Campaign, before: float
-) -> tuple[WiringRival, ...]:
+) -> Iterator[WiringRival]:
     """Drifting clocks as rivals, fitted together with a baseline that can be made linear."""
     runs = {run.name: run for run in campaign.runs}
-    rivals = []
-    for drift in drifting_runs(linear) or ():
+    for drift in drifting_runs(linear):
         run = runs[drift.run]
-        step = mean_step(run.time)
-        if abs(drift.seconds) > SMALLEST_DRIFT * step:
+        if abs(drift.seconds) > SMALLEST_DRIFT * mean_step(run.time):
             remaining = before * (1.0 - drift.explained)
-            rivals.append(clock_rival(run.name, drift.seconds, remaining, run.file))
-    return tuple(rivals)
+            yield clock_rival(run.name, drift.seconds, remaining, run.file)
 
 
 def with_findings(
@@ -558,7 +552,8 @@ def _late(
     for late in late_signals(wiring.linear(theta)):
         if abs(late.seconds) <= smallest:
             continue
-        if not late.run and wiring.refitted(without_delay(campaign, late.seconds)) > gap:
+        corrected = put_back(campaign, [ClockDrift("", late.seconds, 0.0)])
+        if not late.run and wiring.refitted(corrected) > gap:
             continue
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
         yield _delay_warning(late.run, late.seconds, sure)

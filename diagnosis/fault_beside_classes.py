@@ -42,24 +42,9 @@ def fault_beside_classes(
 ) -> tuple[WiringRival, float] | None:
     """The fault beside which the classes leave least, with the share that both explain.
 
-    Parameters
-    ----------
-    faults : iterable of WiringRival
-        Faults with the records that are put right.
-    answer : ClassAnswer, optional
-        Classes that the gap of the records as read shows.
-    gap : GapSquare
-        Mean squares of that gap and of the noise.
-    problem_of : callable
-        ``(campaign) -> problem`` of other records of the campaign.
-    explained : float
-        Share of the gap that what is named explains in the simulator.
-
-    Returns
-    -------
-    tuple of (WiringRival, float), optional
-        None where there is no gap, or where beside no fault less remains than the classes leave of
-        the records as read, or as little with fewer classes.
+    None where there is no gap, or where beside no fault less remains than the classes leave of the
+    records as read, or as little with fewer classes. `answer` holds the classes of the `gap` as
+    read; `explained` is the share of it that what is named explains in the simulator.
     """
     before, floor = gap.before, gap.floor
     if not floor < before < np.inf:
@@ -112,15 +97,7 @@ def _compared_anew(
 def late_columns(campaign: Campaign) -> Iterator[WiringRival]:
     """Columns of another simulator put back by some whole steps of time; none of a model.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records with the prediction of another simulator.
-
-    Yields
-    ------
-    WiringRival
-        None where the columns are less than half a step off or too many to be moved.
+    None where the columns are less than half a step off or too many to be moved.
     """
     n_values = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
     is_of_columns = campaign.baseline.source == "columns" and n_values <= _MOST_VALUES

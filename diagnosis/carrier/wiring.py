@@ -248,10 +248,9 @@ class LinearBaseline:
         ) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
             if any(self.model.effects[law].pattern is None for law in laws):
-                return WiringChecks.none()
+                return WiringChecks()
             with_those = replace(self, laws=laws, values=values)
-            return replace(
-                WiringChecks.none(),
+            return WiringChecks(
                 refitted=with_those.mean_square,
                 linear=lambda theta: with_those.records(),
                 has_cheap_refits=True,

@@ -256,4 +256,4 @@ class ComparisonProblem(ABC):
 
     def wiring(self, campaign: Campaign) -> WiringChecks:
         """What can be tried of the wiring of its campaign."""
-        return WiringChecks.none()
+        return WiringChecks()

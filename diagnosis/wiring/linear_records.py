@@ -126,10 +126,10 @@ def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     return sums.drifts() or sums.delays() if sums else ()
 
 
-def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
-    """Clocks that drift, fitted together with the baseline; None where there is no record."""
+def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
+    """Clocks that drift, fitted together with the baseline."""
     sums = _summed(records)
-    return sums.drifts() if sums else None
+    return sums.drifts() if sums else ()
 
 
 def off_gains(
@@ -349,7 +349,9 @@ class BaselineSums:
 
     @property
     def mean_square(self) -> float:
-        """Mean square that the baseline leaves once it is fitted to these."""
+        """Mean square that the baseline leaves once it is fitted to these; infinite without any."""
+        if not len(self.grams):
+            return np.inf
         total = self._shared
         right = total[:-1, -1]
         explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
@@ -383,9 +385,9 @@ class BaselineSums:
         return np.asarray(np.sum(of_runs, axis=0))
 
 
-def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums | None:
-    """Products of all runs; None where there is no record."""
-    grams, counts, n_of_run = [], [], 0
+def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums:
+    """Products of all runs."""
+    grams, counts, n_of_run, n_channels = [], [], 0, 0
     for record in records:
         known = np.isfinite(record.residual) & np.isfinite(record.predicted)
         of_run = []
@@ -395,7 +397,6 @@ def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums | None:
             of_run.append(design @ design.T)
         grams.append(of_run)
         counts.append(known.sum(axis=0))
-        n_of_run = record.n_of_run
-    if not grams:
-        return None
-    return BaselineSums(np.array(grams), np.array(counts, dtype=np.float64), n_of_run)
+        n_of_run, n_channels = record.n_of_run, known.shape[1]
+    by_run = np.array(counts, dtype=np.float64).reshape(len(counts), n_channels)
+    return BaselineSums(np.array(grams), by_run, n_of_run)

@@ -117,8 +117,6 @@ def lone_rivals(
     beside the fitted baseline one after the other: never all in memory.
     """
     sums = baseline_sums(linear())
-    if sums is None:
-        return
     screened = gap.remaining(SCREENED)
     n_runs, n_channels = sums.counts.shape
     if n_channels >= _FEWEST_CHANNELS:
@@ -215,7 +213,7 @@ def _run_rival(
         text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
-        square = refitted(fault.corrected)
+        square = fault.by(refitted).mean_square
         if square <= gap.enough:
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
     loads = _loads_of_one(campaign, record.run)

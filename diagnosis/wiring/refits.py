@@ -148,12 +148,17 @@ class WiringRival:
     mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
     line: Annotated[str, "File or key that it is about"]
     laws: Annotated[Effects, "Laws that were refitted with the baseline"] = ()
-    corrected: Annotated[Campaign | None, "Records put right, where they were refitted"] = None
+    corrected: Annotated[Campaign | None, "Records put right, where they are"] = None
 
     @property
     def model(self) -> str:
         """What was refitted, in words."""
         return f"the baseline with {set_name(self.laws)}" if self.laws else "the baseline alone"
+
+    def by(self, refitted: Callable[[Campaign], float]) -> "WiringRival":
+        """The same with what a refit of the records put right leaves."""
+        square = self.mean_square if self.corrected is None else refitted(self.corrected)
+        return replace(self, mean_square=square)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,50 +171,29 @@ class PredictedRecord:
     predicted: FloatArray
 
 
+_WithLaws = Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], "WiringChecks"]
+
+
 @dataclass(frozen=True)
 class WiringChecks:
     """What can be tried of a campaign's wiring."""
 
-    rivals: Annotated[Callable[[], tuple[WiringRival, ...]], "``() -> tuple of WiringRival``"]
-    predictions: Annotated[
-        Callable[[FloatArray], tuple[PredictedRecord, ...]],
-        "``(theta) -> tuple of PredictedRecord``, with the fitted parameters of the baseline; "
-        "empty where the baseline is not the model's",
-    ]
-    refitted: Annotated[
-        Callable[[Campaign], float],
-        "``(campaign) -> mean square`` that the baseline leaves once it is fitted to another "
-        "campaign with the same channels and inputs",
-    ]
-    linear: Annotated[
-        Callable[[FloatArray], Iterable[LinearRecord]],
-        "``(theta) -> records`` beside a baseline that can be made linear; none elsewhere",
-    ] = lambda theta: ()
-    late: Annotated[
-        Callable[[], Sequence[ClockDrift]],
-        "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
-        "where the records show it without a fit; none elsewhere",
-    ] = lambda: ()
-    with_laws: Annotated[
-        "Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], WiringChecks]",
-        "``(laws, values, shapes) -> checks`` whose refits and records hold laws too; values of "
-        "their fit by effect and name, and those of them that are measured shapes",
-    ] = lambda laws, values, shapes: WiringChecks.none()
-    has_cheap_refits: Annotated[
-        bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
-    ] = False
-    takes_shapes: Annotated[
-        bool, "Whether `with_laws` takes measured shapes; else a fault is sought beside laws alone"
-    ] = True
-    unchecked: Annotated[
-        str,
-        "Why `predictions` are empty though the baseline is the model's; empty where they are not",
-    ] = ""
-
-    @classmethod
-    def none(cls) -> "WiringChecks":
-        """Nothing can be tried."""
-        return cls(lambda: (), lambda theta: (), lambda other: float("nan"))
+    #: Campaigns with another wiring, refitted
+    rivals: Callable[[], tuple[WiringRival, ...]] = lambda: ()
+    #: Runs with the fitted parameters of the baseline; none where it is not the model's
+    predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]] = lambda theta: ()
+    #: Mean square of the baseline once fitted to a campaign with the same channels and inputs
+    refitted: Callable[[Campaign], float] = lambda campaign: np.nan
+    #: Runs beside a baseline that can be made linear; none elsewhere
+    linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()
+    #: Guesses of how late all signals, or those of a run, are, where records show it without a fit
+    late: Callable[[], Sequence[ClockDrift]] = lambda: ()
+    #: ``(laws, values, shapes) -> checks`` whose refits and records hold laws too; values of their
+    #: fit by effect and name, and those of them that are measured shapes
+    with_laws: _WithLaws = lambda laws, values, shapes: WiringChecks()
+    has_cheap_refits: bool = False  # Refits take milliseconds: every fault of a load is tried
+    takes_shapes: bool = True  # Whether `with_laws` takes shapes; else faults beside laws alone
+    unchecked: str = ""  # Why a model's baseline has no `predictions`; empty where it has
 
 
 #: Blocks of a record, the share of a block that its delay may have, and the drift over its error
@@ -253,7 +237,7 @@ def drifting_clocks(
                 drifts.append((sureness, refined))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        mean_square = _refitted_inside(_put_back(campaign, [drift]), refitted)
+        mean_square = _refitted_inside(put_back(campaign, [drift]), refitted)
         if np.isfinite(mean_square):
             file = runs[drift.run].file
             rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
@@ -262,10 +246,15 @@ def drifting_clocks(
         # What the baseline took of the delays is none where the clocks were right at the start.
         from_start = [replace(drift, delay=0.5 * drift.growth) for drift in together]
         mean_square = min(
-            _refitted_inside(_put_back(campaign, each), refitted) for each in (together, from_start)
+            _refitted_inside(put_back(campaign, each), refitted) for each in (together, from_start)
         )
         if np.isfinite(mean_square):
-            rivals.append(_clock_of_runs(together, runs, mean_square))
+            rates = [one.growth / float(np.ptp(runs[one.run].time)) for one in together]
+            about = ", ".join(one.run for one in together)
+            ppm = abs(float(np.median(rates))) * 1e6
+            text = f"a clock that drifts by {ppm:.0f} ppm in {about}"
+            line = sample_of(runs[together[0].run].file, 0)
+            rivals.append(WiringRival(CLOCK, about, text, mean_square, line))
     return tuple(rivals)
 
 
@@ -303,43 +292,32 @@ def refitted_clock(
     be off: where it leaves more than `enough`, its factor is sought by refits, within a bracket, by
     Brent's method. The mean square is infinite where every fit runs away.
     """
-    tried: dict[float, float] = {}
+    tried: dict[float, tuple[ClockDrift, float]] = {}
 
     def mean_square_with(factor: float) -> float:
         """Mean square with the guess times a factor."""
         if factor not in tried:
-            put_back = _put_back(campaign, [_times(guess, factor)])
-            tried[factor] = _refitted_inside(put_back, refitted)
-        return tried[factor]
+            drift = ClockDrift(guess.run, factor * guess.delay, factor * guess.growth)
+            tried[factor] = drift, _refitted_inside(put_back(campaign, [drift]), refitted)
+        return tried[factor][1]
 
-    if mean_square_with(1.0) <= enough:
-        return guess, tried[1.0]
-    minimize_scalar(
-        lambda factor: mean_square_with(float(factor)),
-        bounds=_FACTORS,
-        method="bounded",
-        options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
-    )
-    best = min(tried, key=lambda factor: tried[factor])
-    return _times(guess, best), tried[best]
-
-
-def without_delay(campaign: Campaign, delay: float) -> Campaign:
-    """Campaign whose signals are put back by a delay of all of them."""
-    return _put_back(campaign, [ClockDrift("", delay, 0.0)])
+    if mean_square_with(1.0) > enough:
+        minimize_scalar(
+            lambda factor: mean_square_with(float(factor)),
+            bounds=_FACTORS,
+            method="bounded",
+            options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
+        )
+    return min(tried.values(), key=lambda pair: pair[1])
 
 
 def _refitted_inside(campaign: Campaign, refitted: Callable[[Campaign], float]) -> float:
     """Mean square of the refitted baseline; infinite where it runs away, or no record is left."""
-    if not all(map(_is_mostly_known, campaign.runs)):
+    signals = [values for run in campaign.runs for values in run.signals.values()]
+    if not all(np.isfinite(values).mean() > 0.5 for values in signals):
         return np.inf
     mean_square = refitted(campaign)
     return mean_square if np.isfinite(mean_square) else np.inf
-
-
-def _is_mostly_known(run: Run) -> bool:
-    """Whether half of the samples of every signal are there."""
-    return all(bool(np.isfinite(values).mean() > 0.5) for values in run.signals.values())
 
 
 def clock_rival(
@@ -352,55 +330,40 @@ def clock_rival(
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 
 
-def _clock_of_runs(
-    drifts: Sequence[ClockDrift], runs: Mapping[str, Run], mean_square: float
-) -> WiringRival:
-    """Rival that says that the clock drifts in several runs, at the median rate of them."""
-    rates = [one.growth / float(np.ptp(runs[one.run].time)) for one in drifts]
-    about = ", ".join(one.run for one in drifts)
-    text = f"a clock that drifts by {abs(float(np.median(rates))) * 1e6:.0f} ppm in {about}"
-    return WiringRival(CLOCK, about, text, mean_square, sample_of(runs[drifts[0].run].file, 0))
-
-
-def _put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
+def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
     """Campaign whose signals are where the inputs were when they were read."""
     drift_of = {one.run: one for one in drifts}
 
-    def put_back(run: Run) -> Run:
+    def of_run(run: Run) -> Run:
         drift = drift_of.get(run.name) or drift_of.get("")
-        return run if drift is None else _run_put_back(run, drift.delay, drift.growth)
+        if drift is None:
+            return run
+        along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
+        at = run.time + drift.delay + drift.growth * along
+        signals = {name: at_other_times(run.time, one, at) for name, one in run.signals.items()}
+        return replace(run, signals=signals)
 
-    return replace(campaign, runs=tuple(map(put_back, campaign.runs)))
-
-
-def _times(drift: ClockDrift, factor: float) -> ClockDrift:
-    return replace(drift, delay=factor * drift.delay, growth=factor * drift.growth)
+    return replace(campaign, runs=tuple(map(of_run, campaign.runs)))
 
 
 def _drift(record: PredictedRecord) -> tuple[ClockDrift, float]:
     """Straight line through the delays of the blocks, and its slope over the error of that."""
     n = record.time.size
     length = float(record.time[-1] - record.time[0])
-    delays = []
-    weights = []
-    middles = []
+    blocks = []
     for rows in np.array_split(np.arange(n), _BLOCKS):
         lag, curvature = _delay(record, rows)
         if curvature > 0.0:
-            delays.append(lag * length / (n - 1))
-            weights.append(curvature)
-            middles.append(float(rows.mean()) / (n - 1) - 0.5)
-    if len(delays) < _BLOCKS // 2:
+            blocks.append((lag * length / (n - 1), curvature, float(rows.mean()) / (n - 1) - 0.5))
+    if len(blocks) < _BLOCKS // 2:
         return ClockDrift(record.run, 0.0, 0.0), 0.0
-    tau = np.array(delays)
-    weight = np.array(weights)
-    along = np.array(middles)
+    tau, weight, along = np.array(blocks).T
     middle = float(np.average(along, weights=weight))
     spread = float(np.sum(weight * (along - middle) ** 2))
     mean = float(np.average(tau, weights=weight))
     growth = float(np.sum(weight * (along - middle) * tau)) / spread
     scatter = tau - mean - growth * (along - middle)
-    variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
+    variance = float(np.sum(weight * scatter**2)) / (len(blocks) - 2)
     error = float(np.sqrt(variance / spread))
     sureness = abs(growth) / max(error, float(np.finfo(float).tiny))
     return ClockDrift(record.run, mean - growth * middle, growth), sureness
@@ -487,14 +450,6 @@ def _missed(measured: FloatArray, predicted: FloatArray) -> float:
     residual = np.where(known, residual, 0.0)
     mean = residual.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
-
-
-def _run_put_back(run: Run, delay: float, growth: float) -> Run:
-    """Run with the signals where the inputs were when they were read."""
-    along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
-    at = run.time + delay + growth * along
-    signals = {name: at_other_times(run.time, values, at) for name, values in run.signals.items()}
-    return replace(run, signals=signals)
 
 
 def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:

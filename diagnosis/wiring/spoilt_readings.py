@@ -63,19 +63,7 @@ def jittered_samples(
 ) -> Iterator[WiringRival]:
     """Samples read off their time, where the square of the gap follows that of the slope.
 
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        Runs beside their prediction.
-    campaign : Campaign
-        The campaign.
-    gap : GapSquare
-        Mean squares of the gap and of the noise.
-
-    Yields
-    ------
-    WiringRival
-        None where the gap is not white, or is not nearly all of this form.
+    None where the gap is not white, or is not nearly all of this form.
     """
     pairs: list[list[FloatArray]] = [[] for _ in campaign.channels]
     total = lagged = 0.0
@@ -141,8 +129,7 @@ def noisy_load(
 ) -> Iterator[WiringRival]:
     """Noise of a load, where the prediction passes on as much of it as the gap is large.
 
-    The arguments are those of :func:`jittered_samples`. None where the machine follows what the
-    load has above its band: that is no noise.
+    None where the machine follows what the load has above its band: that is no noise.
     """
     runs = tuple(records)
     n_samples = sum(record.residual.size for record in runs)
@@ -224,8 +211,7 @@ def noisier_readings(
 ) -> Iterator[WiringRival]:
     """Noise larger than declared, where white noise makes the gap.
 
-    The arguments are those of :func:`jittered_samples`. None where the noise of a channel is not
-    declared, or where the gap is smoother than white noise.
+    None where the noise of a channel is not declared, or the gap is smoother than white noise.
     """
     declared = np.array([one.noise_std or np.nan for one in campaign.channels])
     scatter = [[neighbour_noise(residual) for residual in one.residual.T] for one in records]
