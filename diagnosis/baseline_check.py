@@ -47,24 +47,12 @@ from carrierflex.diagnosis.wiring.linear_records import (
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
 from carrierflex.diagnosis.wiring.lone_channels import lone_rivals, run_of_largest_motion
 from carrierflex.diagnosis.wiring.refits import (
-    AC_COUPLED,
-    CHANNEL,
-    CHANNEL_GAIN,
-    CHANNEL_ZERO,
-    CLOCK_SHIFT,
-    COPIED_CHANNEL,
-    FILTERED_CHANNEL,
-    LOAD_NOISE,
     LONE_CHANNEL,
     NEARLY_ALL,
     OF_NO_KIND,
-    RECTIFIED,
-    RUN,
-    RUN_VARIATION,
     SMALLEST_DRIFT,
-    UNIT,
-    WRAPPED,
     ClockDrift,
+    Fault,
     GapSquare,
     PredictedRecord,
     WiringChecks,
@@ -126,17 +114,17 @@ _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 #: What a channel that is left out may have, which laws of the library are too.
-_CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
+_CHANNELS = (Fault.CHANNEL, Fault.CHANNEL_GAIN, Fault.CHANNEL_ZERO)
 #: End of the names of classes that are matrices: stiffness, loads, sensors.
 _MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
-_BY_RUN = (RUN, RUN_VARIATION)
+_BY_RUN = (Fault.RUN, Fault.RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults; then those that are certain, where
 #: what a refit explains is not.
-_OF_RECORDS = (("unit", UNIT), ("detrended", AC_COUPLED))
+_OF_RECORDS = (("unit", Fault.UNIT), ("detrended", Fault.AC_COUPLED))
 _COPIED = "copied_channel"
 _CERTAIN = (
-    (_COPIED, COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
+    (_COPIED, Fault.COPIED_CHANNEL), ("wrapped", Fault.WRAPPED), ("rectified", Fault.RECTIFIED),
 )  # fmt: skip
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
@@ -220,7 +208,7 @@ def checked_baseline(
             else:
                 for law in laws:
                     tried += _rivals_with_laws(problem, campaign, wiring, (law,), floor)
-        if LOAD_NOISE not in [rival.id for rival in tried]:
+        if Fault.LOAD_NOISE not in [rival.id for rival in tried]:
             warnings += unfollowed_loads(linear(), campaign)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
@@ -276,7 +264,7 @@ def _rivals_with_laws(
     of_fit = _sized_rivals(linear, checks, campaign, gap)
     for rival in (*of_fit, *_unsized_rivals(linear, checks, campaign, gap)):
         # The size of a load's noise is read above its band and not fitted.
-        if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
+        if rival.id == Fault.LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
@@ -344,13 +332,13 @@ def with_findings(
             for warning in baseline.warnings
             if warning.id not in _BY_RUN
             or warning.figure >= _least_share(warning, diagnosis, baseline.largest_run)
-            or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
+            or (warning.id == Fault.RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
         ),
     )
     baseline = _without_explained(baseline, diagnosis)
     # The baseline says which of two channels is the copy. Of faults that explain as much the kind
     # comes first; all others stay in their order.
-    copies = {warning.about for warning in baseline.warnings if warning.id == COPIED_CHANNEL}
+    copies = {warning.about for warning in baseline.warnings if warning.id == Fault.COPIED_CHANNEL}
     ranked = sorted(
         (
             *(
@@ -408,14 +396,14 @@ def with_findings(
     aliases = [(*others, *as_good)] if as_good else []
     delays = _named_delays(diagnosis)
     if delays and "clock_shift" in texts:
-        as_good[CLOCK_SHIFT] = texts["clock_shift"]
-        aliases.append((*delays, CLOCK_SHIFT))
+        as_good[Fault.CLOCK_SHIFT] = texts["clock_shift"]
+        aliases.append((*delays, Fault.CLOCK_SHIFT))
     if not as_good:
         return diagnosis
     return replace(
         diagnosis,
         verdict=ALIASED,
-        reason_id=next((name for name in as_good if name != CLOCK_SHIFT), ""),
+        reason_id=next((name for name in as_good if name != Fault.CLOCK_SHIFT), ""),
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
@@ -486,7 +474,7 @@ def _least_share(
     if diagnosis.reduction is None or not is_named:
         return _REPORTED
     far = diagnosis.reduction
-    if fault == FILTERED_CHANNEL:
+    if fault == Fault.FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
         floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
         most = max(far.rms_after**2, floor) * Thresholds().remainder ** 2
@@ -497,7 +485,7 @@ def _least_share(
         # One channel is less to believe than a map of every signal on every other.
         return min(NEARLY_ALL, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
     explained = min(diagnosis.reduction.phi, 1.0)
-    if fault == RUN and finding.about != largest_run:
+    if fault == Fault.RUN and finding.about != largest_run:
         return 1.0 - _REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return explained + (_AS_GOOD if is_same else -_AS_GOOD)

@@ -17,7 +17,11 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.refits import CLOCK, GapSquare, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    Fault,
+    GapSquare,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -111,7 +115,7 @@ def late_columns(campaign: Campaign) -> Iterator[WiringRival]:
         size = f"{abs(n)} step{'s' * (abs(n) > 1)} of time ({abs(n) * step * 1e3:.3g} ms)"
         text = f"the {_ABOUT} {size} {'earlier' if n > 0 else 'later'}"
         corrected = replace(campaign, runs=tuple(_put_back(run, n) for run in campaign.runs))
-        yield WiringRival(CLOCK, _ABOUT, text, np.inf, line, corrected=corrected)
+        yield WiringRival(Fault.CLOCK, _ABOUT, text, np.inf, line, corrected=corrected)
 
 
 def _late_steps(campaign: Campaign) -> int:

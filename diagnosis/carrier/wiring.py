@@ -16,7 +16,7 @@ from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
-    SENSOR_ORDER,
+    Fault,
     PredictedRecord,
     WiringChecks,
     WiringRival,
@@ -298,4 +298,4 @@ def _order_rival(channels: Sequence[Channel], order: Sequence[int], square: floa
     signals = ", ".join(f"{signal} at the angle of {sensor}" for signal, sensor in moved)
     about = ", ".join(signal for signal, _ in moved)
     line = key_of("[[channels]]", "angle_deg")
-    return WiringRival(SENSOR_ORDER, about, f"the signal of {signals}", square, line)
+    return WiringRival(Fault.SENSOR_ORDER, about, f"the signal of {signals}", square, line)

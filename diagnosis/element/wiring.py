@@ -15,7 +15,11 @@ from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.wiring.load_faults import corrected_rival, with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import TORQUE_SIGN, ClockDrift, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    ClockDrift,
+    Fault,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 
@@ -181,6 +185,6 @@ def element_rivals(
         return ()
     name = next(iter(campaign.contract.inputs))
     corrected = with_scaled_inputs(campaign, {name: (name, -1.0)})
-    rival = corrected_rival(TORQUE_SIGN, name, f"'{name}' of the other sign", corrected)
+    rival = corrected_rival(Fault.TORQUE_SIGN, name, f"'{name}' of the other sign", corrected)
     rival = rival.by(refitted)
     return (rival,) if np.isfinite(rival.mean_square) else ()

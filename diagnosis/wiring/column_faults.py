@@ -23,11 +23,8 @@ from carrierflex.diagnosis.wiring.linear_records import (
 )
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, with_inputs
 from carrierflex.diagnosis.wiring.refits import (
-    CURVED_CHANNEL,
-    DRIFT,
-    FILTERED_CHANNEL,
-    INPUT_GAIN,
     LOADS,
+    Fault,
     GapSquare,
     WiringRival,
 )
@@ -115,7 +112,7 @@ def filtered_signals(
             size, corrected = f"that is a mean of {n}", filtered(_mean, n)
         names, line = _all_channels(campaign)
         text = f"{names} behind a filter {size}"
-        yield WiringRival(FILTERED_CHANNEL, names, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.FILTERED_CHANNEL, names, text, square, line, corrected=corrected)
 
 
 def _all_channels(campaign: Campaign) -> tuple[str, str]:
@@ -158,7 +155,7 @@ def drifting_zeros(
     if square <= gap.half:
         names, line = _all_channels(campaign)
         text = f"the zero of {names} drifting over every run taken out"
-        yield WiringRival(DRIFT, names, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.DRIFT, names, text, square, line, corrected=corrected)
 
 
 def zeros_behind_the_torque(
@@ -196,7 +193,7 @@ def zeros_behind_the_torque(
     if remaining(creeping, time) > gap.enough:
         names, line = _all_channels(campaign)
         text = f"the zero of {names} following the torque in about {time:.2g} s taken out"
-        yield WiringRival(DRIFT, names, text, square, line)
+        yield WiringRival(Fault.DRIFT, names, text, square, line)
 
 
 def drifting_gain(
@@ -245,7 +242,7 @@ def drifting_gain(
     if square <= gap.half:
         text = f"the gain of {name} drifting by {-growth:.1%} over every run taken out"
         line = sample_of(campaign.runs[0].file, 0)
-        yield WiringRival(INPUT_GAIN, name, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.INPUT_GAIN, name, text, square, line, corrected=corrected)
 
 
 def late_load(
@@ -305,7 +302,7 @@ def late_load(
         if square <= gap.half:
             text = f"{name} put right, which is {late:.2g} s late and filtered with {tau:.2g} s,"
             line = sample_of(campaign.runs[0].file, 0)
-            yield WiringRival(FILTERED_CHANNEL, name, text, square, line, corrected=corrected)
+            yield WiringRival(Fault.FILTERED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def saturating_channel(
@@ -351,7 +348,7 @@ def saturating_channel(
         text = f"the readings of {name} straightened, which saturate at {end},"
         line = key_of("[[channels]]", name)
         square = float(best.fun)
-        yield WiringRival(CURVED_CHANNEL, name, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.CURVED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def _with_columns(record: LinearRecord, values: FloatArray) -> LinearRecord:

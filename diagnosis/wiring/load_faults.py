@@ -13,15 +13,9 @@ import numpy as np
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray
 from carrierflex.diagnosis.wiring.refits import (
-    ANGLE_DIRECTION,
-    ANGLE_ZERO,
-    ENCODER,
-    HELD_INPUT,
-    LOAD_AXES,
-    LOAD_ZERO,
     LOADS,
     RADIAL_LOADS,
-    TORQUE_SIGN,
+    Fault,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
@@ -53,18 +47,20 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[WiringRival]:
 
     loads = [name for name in LOADS if _varies(campaign, name)]
     for name in loads:
-        yield fault(TORQUE_SIGN, f"{name} of the other sign", {name: (name, -1.0)})
+        yield fault(Fault.TORQUE_SIGN, f"{name} of the other sign", {name: (name, -1.0)})
     if set(RADIAL_LOADS) & set(loads):
         y, z = RADIAL_LOADS
         if set(RADIAL_LOADS) <= set(loads):
             text = "radial loads of the other sign"
-            yield fault(TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
+            yield fault(Fault.TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
         for sign_y, sign_z in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)):
             signs = "" if sign_y == sign_z else f", {y if sign_y < 0.0 else z} reversed"
             text = f"{y} and {z} exchanged{signs}"
-            yield fault(LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
+            yield fault(Fault.LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
     if _varies(campaign, ANGLE):
-        yield fault(ANGLE_DIRECTION, "the angle counted the other way", {ANGLE: (ANGLE, -1.0)})
+        yield fault(
+            Fault.ANGLE_DIRECTION, "the angle counted the other way", {ANGLE: (ANGLE, -1.0)}
+        )
 
 
 def corrected_rival(id: str, about: str, text: str, corrected: Campaign) -> WiringRival:
@@ -79,7 +75,7 @@ def held_inputs(campaign: Campaign) -> Iterator[WiringRival]:
         if name != ANGLE and _is_held(campaign, name):
             corrected = with_inputs(campaign, "", {name: partial(_between_readings, name=name)})
             text = f"{name} in straight lines between its readings, not held from one to the next,"
-            yield corrected_rival(HELD_INPUT, name, text, corrected)
+            yield corrected_rival(Fault.HELD_INPUT, name, text, corrected)
 
 
 def sized_faults(
@@ -137,7 +133,7 @@ class _SizedFault:
 def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
     if _varies(campaign, ANGLE):
         yield _SizedFault(
-            ANGLE_ZERO,
+            Fault.ANGLE_ZERO,
             ANGLE,
             lambda size: lambda run: run.inputs[ANGLE] + size[0],
             lambda size: f"the zero of {ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
@@ -145,7 +141,7 @@ def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
             starts=[(float(angle),) for angle in np.deg2rad(np.arange(-170, 181, 10))],
         )
         yield _SizedFault(
-            ENCODER,
+            Fault.ENCODER,
             ANGLE,
             lambda size: lambda run: _centred(run.inputs[ANGLE], size),
             lambda size: (
@@ -164,7 +160,7 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
     unit = campaign.input_units[name]
     largest = max(float(np.abs(run.inputs[name]).max()) for run in campaign.runs)
     return _SizedFault(
-        LOAD_ZERO,
+        Fault.LOAD_ZERO,
         name,
         lambda size: lambda run: run.inputs[name] + size[0],
         lambda size: f"the zero of {name} moved by {size[0]:+.4g} {unit}",

@@ -31,24 +31,9 @@ from carrierflex.diagnosis.wiring.linear_records import (
 )
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, load_faults
 from carrierflex.diagnosis.wiring.refits import (
-    AC_COUPLED,
-    CHANNEL,
-    CHANNEL_GAIN,
-    CHANNEL_ZERO,
-    COPIED_CHANNEL,
-    CROSSTALK,
-    CURVED_CHANNEL,
-    DEAD_CHANNEL,
-    FILTERED_CHANNEL,
-    INPUT_GAIN,
-    LATE_CHANNEL,
     LOADS,
     NEARLY_ALL,
-    POLARITY,
-    RUN,
-    RUN_OF_LOAD,
-    RUN_VARIATION,
-    SENSOR_ON_GROUND,
+    Fault,
     GapSquare,
     WiringRival,
 )
@@ -73,7 +58,7 @@ _EXPLAINED = 0.9
 #: Factors of a polarity that is reversed and of a dead channel are within this.
 _NEAR = 0.1
 #: Faults without a pattern.
-_OF_ANY = (CHANNEL, CHANNEL_ZERO)
+_OF_ANY = (Fault.CHANNEL, Fault.CHANNEL_ZERO)
 #: Share of a signal's square in its steps from which it is white noise.
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
@@ -150,7 +135,7 @@ def lone_rivals(
         if square <= gap.remaining(NEARLY_ALL):
             names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
-            yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
+            yield WiringRival(Fault.RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
 
 
 def run_of_largest_motion(campaign: Campaign) -> str:
@@ -211,7 +196,7 @@ def _run_rival(
     is_more = unexplained > (SIMPLER - 1.0) * noise
     if is_more and beside_gain <= (1.0 - _EXPLAINED) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
-        return WiringRival(INPUT_GAIN, record.run, text, without, line)
+        return WiringRival(Fault.INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = fault.by(refitted).mean_square
         if square <= gap.enough:
@@ -219,9 +204,9 @@ def _run_rival(
     loads = _loads_of_one(campaign, record.run)
     if loads:
         text = f"run {record.run} left out, which alone has {' and '.join(loads)},"
-        return WiringRival(RUN_OF_LOAD, record.run, text, without, line)
+        return WiringRival(Fault.RUN_OF_LOAD, record.run, text, without, line)
     text = f"run {record.run} left out, which is at odds with all others,"
-    return WiringRival(RUN, record.run, text, without, line)
+    return WiringRival(Fault.RUN, record.run, text, without, line)
 
 
 def _loads_of_one(campaign: Campaign, name: str) -> list[str]:
@@ -245,7 +230,7 @@ def _channel_rival(
     line = key_of("[[channels]]", name)
     if unexplained <= SIMPLER * noise:
         text = f"channel {name} left out, the zero of which is off,"
-        yield WiringRival(CHANNEL_ZERO, name, text, square, line)
+        yield WiringRival(Fault.CHANNEL_ZERO, name, text, square, line)
         return
     # Half the mean square of the steps of white noise is its own.
     if 0.5 * float(np.sum(np.diff(unread) ** 2)) > _WHITE * unexplained:
@@ -257,7 +242,7 @@ def _channel_rival(
         key=lambda fault: (fault.n_unknowns, fault.square),
     )
     if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
-        fault = _Fault(CHANNEL, "is at odds with all others", 0.0, 0)
+        fault = _Fault(Fault.CHANNEL, "is at odds with all others", 0.0, 0)
     text = f"channel {name} left out, which {fault.text},"
     yield WiringRival(fault.id, name, text, square, line)
 
@@ -312,21 +297,21 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
 
     (gain,), square = fitted(y, x)
     if abs(gain + 1.0) < _NEAR:
-        yield _Fault(POLARITY, "reads with the other sign", square, 0)
+        yield _Fault(Fault.POLARITY, "reads with the other sign", square, 0)
     elif abs(gain) < _NEAR:
-        yield _Fault(DEAD_CHANNEL, "does not answer", float(np.sum(y**2)), 0)
+        yield _Fault(Fault.DEAD_CHANNEL, "does not answer", float(np.sum(y**2)), 0)
     else:
-        yield _Fault(CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
+        yield _Fault(Fault.CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
     for name, other in reading.others.items():
         square = float(np.sum((y - other) ** 2))
-        yield _Fault(COPIED_CHANNEL, f"reads the signal of {name}", square, 0)
+        yield _Fault(Fault.COPIED_CHANNEL, f"reads the signal of {name}", square, 0)
         (share,), square = fitted(y - x, other)
         text = f"reads {share:.1%} of {name} too"
-        yield _Fault(CROSSTALK, text, square, 1)
+        yield _Fault(Fault.CROSSTALK, text, square, 1)
     if reading.loads.size:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
-        yield _Fault(SENSOR_ON_GROUND, text, square, 3)
+        yield _Fault(Fault.SENSOR_ON_GROUND, text, square, 3)
     pieces = np.split(x, reading.starts[1:])
     steps = zip(reading.sampling, pieces, strict=True)
     times = [step * np.arange(float(one.size)) for step, one in steps]
@@ -335,13 +320,13 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         slow = np.concatenate([low_pass(time, *pair) for pair in zip(times, pieces, strict=True)])
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
-        yield _Fault(FILTERED_CHANNEL, text, square, 1)
+        yield _Fault(Fault.FILTERED_CHANNEL, text, square, 1)
         square = float(np.sum((y - (x - slow)) ** 2))
         text = f"loses what is slower than about {time:.2g} s (AC coupling)"
-        yield _Fault(AC_COUPLED, text, square, 1)
+        yield _Fault(Fault.AC_COUPLED, text, square, 1)
     delay, square = _delay_of(y, pieces, times)
     text = f"is {abs(delay) * 1e3:.2g} ms {'behind' if delay > 0.0 else 'before'} the others"
-    yield _Fault(LATE_CHANNEL, text, square, 1)
+    yield _Fault(Fault.LATE_CHANNEL, text, square, 1)
     for angle in reading.angle:
         turned = np.split(angle, reading.starts[1:])
         if all((np.diff(one) > 0.0).all() for one in turned):
@@ -349,9 +334,9 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
             text = f"reads as if {abs(np.rad2deg(delay)):.2g} degrees from its place"
             # At one speed either is the other: the delay comes first, which no law of the library
             # is, by as much as an unknown more has to explain (Schwarz).
-            yield _Fault(CHANNEL, text, square * y.size ** (1.0 / y.size), 1)
+            yield _Fault(Fault.CHANNEL, text, square * y.size ** (1.0 / y.size), 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
-    yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
+    yield _Fault(Fault.CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
 
 
 def _delay_of(

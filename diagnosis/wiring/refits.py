@@ -8,6 +8,7 @@ that fit each other's inputs up to half as well are exchanged, and the refit dec
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
@@ -25,70 +26,77 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of, s
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.sensing import at_other_times
 
-TORQUE_SIGN = "wiring/torque_sign"
-SENSOR_ORDER = "wiring/sensor_order"
-ANGLE_DIRECTION = "wiring/angle_direction"
-CLOCK = "wiring/clock"
-RUN_ORDER = "wiring/run_order"
-INPUT_GAIN = "wiring/input_gain"
-UNIT = "wiring/unit"
-CLOCK_SHIFT = "wiring/clock_shift"
-LOAD_AXES = "wiring/load_axes"
-LOAD_ZERO = "wiring/load_zero"
-ANGLE_ZERO = "wiring/angle_zero"
-ENCODER = "wiring/encoder"
-HELD_INPUT = "wiring/held_input"
-#: A length of the rig that is not as stated.
-RIG_LENGTH = "wiring/rig_length"
-#: Zeros of channels that drift over every run.
-DRIFT = "wiring/drift"
-#: Readings spoilt sample by sample.
-RECTIFIED = "wiring/rectified"
-WRAPPED = "wiring/wrapped"
-JITTER = "wiring/jitter"
-LOAD_NOISE = "wiring/load_noise"
-DECLARED_NOISE = "wiring/declared_noise"
-#: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
-CHANNEL = "wiring/channel"
-POLARITY = "wiring/polarity"
-DEAD_CHANNEL = "wiring/dead_channel"
-COPIED_CHANNEL = "wiring/copied_channel"
-CROSSTALK = "wiring/crosstalk"
-SENSOR_ON_GROUND = "wiring/sensor_on_ground"
-FILTERED_CHANNEL = "wiring/filtered_channel"
-AC_COUPLED = "wiring/ac_coupled"
-CURVED_CHANNEL = "wiring/curved_channel"
-LATE_CHANNEL = "wiring/late_channel"
-#: Runs that differ from one another in the baseline's values, as by temperature.
-RUN_VARIATION = "run_variation"
-CHANNEL_GAIN = "wiring/channel_gain"
-CHANNEL_ZERO = "wiring/channel_zero"
+
+class Fault(StrEnum):
+    """A fault of the measurement."""
+
+    TORQUE_SIGN = "wiring/torque_sign"
+    SENSOR_ORDER = "wiring/sensor_order"
+    ANGLE_DIRECTION = "wiring/angle_direction"
+    CLOCK = "wiring/clock"
+    RUN_ORDER = "wiring/run_order"
+    INPUT_GAIN = "wiring/input_gain"
+    UNIT = "wiring/unit"
+    CLOCK_SHIFT = "wiring/clock_shift"
+    LOAD_AXES = "wiring/load_axes"
+    LOAD_ZERO = "wiring/load_zero"
+    ANGLE_ZERO = "wiring/angle_zero"
+    ENCODER = "wiring/encoder"
+    HELD_INPUT = "wiring/held_input"
+    #: A length of the rig that is not as stated.
+    RIG_LENGTH = "wiring/rig_length"
+    #: Zeros of channels that drift over every run.
+    DRIFT = "wiring/drift"
+    #: Readings spoilt sample by sample.
+    RECTIFIED = "wiring/rectified"
+    WRAPPED = "wiring/wrapped"
+    JITTER = "wiring/jitter"
+    LOAD_NOISE = "wiring/load_noise"
+    DECLARED_NOISE = "wiring/declared_noise"
+    #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
+    CHANNEL = "wiring/channel"
+    POLARITY = "wiring/polarity"
+    DEAD_CHANNEL = "wiring/dead_channel"
+    COPIED_CHANNEL = "wiring/copied_channel"
+    CROSSTALK = "wiring/crosstalk"
+    SENSOR_ON_GROUND = "wiring/sensor_on_ground"
+    FILTERED_CHANNEL = "wiring/filtered_channel"
+    AC_COUPLED = "wiring/ac_coupled"
+    CURVED_CHANNEL = "wiring/curved_channel"
+    LATE_CHANNEL = "wiring/late_channel"
+    #: Runs that differ from one another in the baseline's values, as by temperature.
+    RUN_VARIATION = "run_variation"
+    CHANNEL_GAIN = "wiring/channel_gain"
+    CHANNEL_ZERO = "wiring/channel_zero"
+    RUN = "wiring/run"
+    #: Such a run that alone has a load: what acts in it may be of the load.
+    RUN_OF_LOAD = "wiring/run_of_load"
+
+
 #: Faults of a channel that is at odds with all others.
 LONE_CHANNEL = (
-    CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO, POLARITY, DEAD_CHANNEL, COPIED_CHANNEL, CROSSTALK,
-    SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL, LATE_CHANNEL,
+    Fault.CHANNEL, Fault.CHANNEL_GAIN, Fault.CHANNEL_ZERO, Fault.POLARITY, Fault.DEAD_CHANNEL,
+    Fault.COPIED_CHANNEL, Fault.CROSSTALK, Fault.SENSOR_ON_GROUND, Fault.FILTERED_CHANNEL,
+    Fault.AC_COUPLED, Fault.CURVED_CHANNEL, Fault.LATE_CHANNEL,
 )  # fmt: skip
-RUN = "wiring/run"
-#: Such a run that alone has a load: what acts in it may be of the load.
-RUN_OF_LOAD = "wiring/run_of_load"
 #: What is at fault in a way that no kind of fault explains.
-OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, RUN, RUN_VARIATION)
+OF_NO_KIND = (Fault.CHANNEL, Fault.RUN_OF_LOAD, Fault.RUN, Fault.RUN_VARIATION)
 #: Words of the faults whose id does not read as one.
-_FAULT_WORDS = {
-    CHANNEL: "one channel",
-    CURVED_CHANNEL: "a channel that is not linear",
-    FILTERED_CHANNEL: "delay and filter of a channel",
-    HELD_INPUT: "a load held between readings",
-    INPUT_GAIN: "gain of a load",
-    JITTER: "times of the samples",
-    LOAD_AXES: "axes of the loads",
-    LOAD_NOISE: "noise of a load",
-    LOAD_ZERO: "zero of a load",
-    RECTIFIED: "a signal without its sign",
-    RIG_LENGTH: "a length of the rig",
-    RUN: "one run",
-    RUN_OF_LOAD: "the only run with a load",
-    WRAPPED: "a reading beyond its range",
+_FAULT_WORDS: dict[str, str] = {
+    Fault.CHANNEL: "one channel",
+    Fault.CURVED_CHANNEL: "a channel that is not linear",
+    Fault.FILTERED_CHANNEL: "delay and filter of a channel",
+    Fault.HELD_INPUT: "a load held between readings",
+    Fault.INPUT_GAIN: "gain of a load",
+    Fault.JITTER: "times of the samples",
+    Fault.LOAD_AXES: "axes of the loads",
+    Fault.LOAD_NOISE: "noise of a load",
+    Fault.LOAD_ZERO: "zero of a load",
+    Fault.RECTIFIED: "a signal without its sign",
+    Fault.RIG_LENGTH: "a length of the rig",
+    Fault.RUN: "one run",
+    Fault.RUN_OF_LOAD: "the only run with a load",
+    Fault.WRAPPED: "a reading beyond its range",
 }
 
 
@@ -254,7 +262,7 @@ def drifting_clocks(
             ppm = abs(float(np.median(rates))) * 1e6
             text = f"a clock that drifts by {ppm:.0f} ppm in {about}"
             line = sample_of(runs[together[0].run].file, 0)
-            rivals.append(WiringRival(CLOCK, about, text, mean_square, line))
+            rivals.append(WiringRival(Fault.CLOCK, about, text, mean_square, line))
     return tuple(rivals)
 
 
@@ -276,7 +284,9 @@ def exchanged_runs(
     mean_square, source = min(tried, key=lambda pair: pair[0])
     text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
     return (
-        WiringRival(RUN_ORDER, ", ".join(source), text, mean_square, key_of("[[runs]]", "file")),
+        WiringRival(
+            Fault.RUN_ORDER, ", ".join(source), text, mean_square, key_of("[[runs]]", "file")
+        ),
     )
 
 
@@ -327,7 +337,7 @@ def clock_rival(
     text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
     if abs(delay) > abs(seconds):
         text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run}"
-    return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
+    return WiringRival(Fault.CLOCK, run, text, mean_square, sample_of(file, 0))
 
 
 def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:

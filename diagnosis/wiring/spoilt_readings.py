@@ -22,9 +22,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     load_answers,
 )
 from carrierflex.diagnosis.wiring.refits import (
-    DECLARED_NOISE,
-    JITTER,
-    LOAD_NOISE,
+    Fault,
     GapSquare,
     WiringRival,
 )
@@ -95,7 +93,7 @@ def jittered_samples(
         off = np.sqrt(3.0 * variance) / step
         text = f"samples of {names} read up to {off:.2g} steps off their time"
         square = max(gap.before - explained, gap.floor)
-        yield WiringRival(JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
+        yield WiringRival(Fault.JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,7 @@ def noisy_load(
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
             line = sample_of(campaign.runs[0].file, 0)
-            yield WiringRival(LOAD_NOISE, name, text, remaining, line)
+            yield WiringRival(Fault.LOAD_NOISE, name, text, remaining, line)
 
 
 def unfollowed_loads(
@@ -158,7 +156,7 @@ def unfollowed_loads(
                 "is fitted to it",
                 passed_on.noise,
                 sample_of(campaign.runs[0].file, 0),
-                LOAD_NOISE,
+                Fault.LOAD_NOISE,
             )
 
 
@@ -228,7 +226,7 @@ def noisier_readings(
         text = f"noise larger than declared ({factors} times)"
         square = max(gap.before - of_noise, gap.floor)
         line = key_of(f"[[channels]] {names[0]}", "noise_std")
-        yield WiringRival(DECLARED_NOISE, ", ".join(names), text, square, line)
+        yield WiringRival(Fault.DECLARED_NOISE, ", ".join(names), text, square, line)
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:

@@ -16,7 +16,10 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import RUN, GapSquare
+from carrierflex.diagnosis.wiring.refits import (
+    Fault,
+    GapSquare,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
@@ -56,7 +59,7 @@ class ExaminedCampaign:
             self.baseline(fit), self.problem.class_answer, gap
         )
         # An effect that grows with the motion is largest there; a diagnosis weighs both.
-        largest = (RUN, baseline.largest_run)
+        largest = (Fault.RUN, baseline.largest_run)
         others = (one for one in baseline.warnings if (one.id, one.about) != largest)
         return (*self.warnings, *others)
 
