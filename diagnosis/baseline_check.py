@@ -72,6 +72,7 @@ from carrierflex.diagnosis.wiring.spoilt_readings import (
 )
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import (
@@ -79,7 +80,13 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     key_of,
     sample_of,
 )
-from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
+from carrierflex.identification.campaign_check.tones import (
+    FEWEST_SAMPLES,
+    STANDS_OUT,
+    SURROUNDINGS,
+    answers_few_lines,
+    turns_with_the_shaft,
+)
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
 from carrierflex.simulation.laws import Law
 
@@ -111,12 +118,8 @@ _MOST_HELD = 1_000_000
 _Linear = Callable[[], Iterable[LinearRecord]]
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
-#: Effect that a moved clock looks like, and the word for it in the ids of classes.
-_SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 #: What a channel that is left out may have, which laws of the library are too.
 _CHANNELS = (Fault.CHANNEL, Fault.CHANNEL_GAIN, Fault.CHANNEL_ZERO)
-#: End of the names of classes that are matrices: stiffness, loads, sensors.
-_MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (Fault.RUN, Fault.RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults; then those that are certain, where
@@ -226,14 +229,10 @@ def checked_baseline(
         return (stated - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0
 
     shares = [(rival, share_of(rival)) for rival in tried]
-    half: tuple[WiringRival, ...] = ()
-    if max((share for _, share in shares), default=0.0) < 1.0 - _AS_GOOD:
-        half = tuple(
-            rival
-            for rival in (*tried, *untold)
-            if rival.corrected and rival.id not in OF_NO_KIND and not rival.laws
-            if share_of(rival) >= _REPORTED
-        )
+    half = [one for one in (*tried, *untold) if one.corrected and not one.laws]
+    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= _REPORTED]
+    if max((share for _, share in shares), default=0.0) >= 1.0 - _AS_GOOD:
+        half = []
     # Of one fault the first model that explains it: a further law must explain more.
     best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
     for rival, share in shares:
@@ -242,7 +241,7 @@ def checked_baseline(
             best[key] = (rival, share)
     rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
-    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), half)
+    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
 
 
 def _rivals_with_laws(
@@ -312,8 +311,7 @@ def _drifting(
     for drift in drifting_runs(linear):
         run = runs[drift.run]
         if abs(drift.seconds) > SMALLEST_DRIFT * mean_step(run.time):
-            remaining = before * (1.0 - drift.explained)
-            yield clock_rival(run.name, drift.seconds, remaining, run.file)
+            yield clock_rival(run, drift.seconds, before * (1.0 - drift.explained))
 
 
 def with_findings(
@@ -339,21 +337,17 @@ def with_findings(
     # The baseline says which of two channels is the copy. Of faults that explain as much the kind
     # comes first; all others stay in their order.
     copies = {warning.about for warning in baseline.warnings if warning.id == Fault.COPIED_CHANNEL}
-    ranked = sorted(
-        (
-            *(
-                one
-                for one in records
-                if one.check != _COPIED or not copies.intersection(one.about.split(", "))
-            ),
-            *baseline.warnings,
-        ),
-        key=lambda warning: (
-            _AS_GOOD * (warning.id in OF_NO_KIND) - warning.figure
-            if warning.check == _WIRING
-            else 0.0
-        ),
-    )
+    of_records = [
+        one
+        for one in records
+        if one.check != _COPIED or not copies.intersection(one.about.split(", "))
+    ]
+
+    def rank(finding: CampaignWarning) -> float:
+        behind = _AS_GOOD * (finding.id in OF_NO_KIND)
+        return behind - finding.figure if finding.check == _WIRING else 0.0
+
+    ranked = sorted((*of_records, *baseline.warnings), key=rank)
     diagnosis = replace(diagnosis, warnings=tuple(ranked))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
@@ -380,9 +374,9 @@ def with_findings(
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if diagnosis.verdict != AT_NOISE_FLOOR:
-        of_records = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
+        explaining = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
         certain = {fault: texts[check] for check, fault in _CERTAIN if check in texts}
-        as_good = certain | as_good | of_records
+        as_good = certain | as_good | explaining
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
         # What a corrected record explains is no noise.
@@ -481,10 +475,11 @@ def _least_share(
         return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
     named = (*diagnosis.attribution.effects, *diagnosis.class_ids)
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
-        # One channel is less to believe than a map of every signal on every other.
-        return min(NEARLY_ALL, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
-    explained = min(diagnosis.reduction.phi, 1.0)
+    explained = min(far.phi, 1.0)
+    if fault in LONE_CHANNEL and all(name.endswith("_map") for name in named):
+        # One channel is less to believe than a map of every signal on every other: stiffness,
+        # loads, sensors.
+        return min(NEARLY_ALL, explained - _AS_GOOD)
     if fault == Fault.RUN and finding.about != largest_run:
         return 1.0 - _REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
@@ -500,9 +495,9 @@ def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
 
 def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Laws, or classes where no law is named, that are a delay of the signals."""
-    if _SENSOR_DELAY in diagnosis.attribution.effects:
-        return (_SENSOR_DELAY,)
-    return tuple(name for name in diagnosis.class_ids if _DELAY in name.split("/"))
+    if "sensor_delay" in diagnosis.attribution.effects:
+        return ("sensor_delay",)
+    return tuple(name for name in diagnosis.class_ids if "delay" in name.split("/"))
 
 
 def _unchecked(why: str) -> CampaignWarning:
@@ -598,11 +593,9 @@ def _drifting_by_steps(
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
     runs = {run.name: run for run in campaign.runs}
     for clock, remaining in late:
-        if not clock.run:
-            continue
-        run = runs[clock.run]
-        if max(abs(clock.delay), abs(clock.growth)) > SMALLEST_DRIFT * mean_step(run.time):
-            yield clock_rival(run.name, clock.growth, remaining, run.file, delay=clock.delay)
+        run, size = runs.get(clock.run), max(abs(clock.delay), abs(clock.growth))
+        if run is not None and size > SMALLEST_DRIFT * mean_step(run.time):
+            yield clock_rival(run, clock.growth, remaining, delay=clock.delay)
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
@@ -694,9 +687,6 @@ def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[Campaign
 _FEW, _MOST_OF_THE_GAP = 0.02, 0.5
 #: Size of a lone sample over the median size in its channel, and over its two neighbours.
 _FAR, _ALONE = 10.0, 3.0
-#: A line's power over the median of its surroundings, and the half width of these in lines.
-_STANDS_OUT, _SURROUNDINGS = 60.0, 40
-_FEWEST_SAMPLES = 256
 #: Runs that must show a tone; its largest amplitude over its smallest, and the same of the signals,
 #: which tell a tone that is there by itself from one that grows with the load.
 _IN_RUNS = 0.6
@@ -713,33 +703,26 @@ def _residual_findings(
     # Beside a signal three thousand times the noise a tone of ten floors, or a sample that repeats
     # the one before, is no more to be seen than the gap itself.
     runs = {run.name: run for run in campaign.runs}
-    files = {run.name: run.file for run in campaign.runs}
     for c, channel in enumerate(campaign.channels):
-        residuals = {
-            record.run: record.measured[:, c] - record.predicted[:, c] for record in records
-        }
-        known = np.concatenate([values[np.isfinite(values)] for values in residuals.values()])
+        of_channel = [
+            replace(one, measured=one.measured[:, c], predicted=one.predicted[:, c])
+            for one in records
+        ]
+        known = np.concatenate([one.residual[np.isfinite(one.residual)] for one in of_channel])
         above = float(np.sum(known**2)) - floor * known.size
-        if above <= 0.0:
-            continue
-        yield from _lone_samples(channel.name, channel.unit, residuals, files, above)
-        yield from _steady_tone(channel.name, channel.unit, c, residuals, records, runs, above)
+        if above > 0.0:
+            yield from _lone_samples(channel, of_channel, runs, above)
+            yield from _steady_tone(channel, of_channel, runs, above)
 
 
 def _lone_samples(
-    channel: str,
-    unit: str,
-    residuals: Mapping[str, FloatArray],
-    files: Mapping[str, str],
-    above: float,
+    channel: Channel, records: Sequence[PredictedRecord], runs: Mapping[str, Run], above: float
 ) -> Iterator[CampaignWarning]:
     """Few samples, each far beyond its neighbours, that make most of the gap of a channel."""
-    count = 0
-    size = 0
-    square = 0.0
+    count, size, square = 0, 0, 0.0
     worst = ("", 0, 0.0)
-    for run, residual in residuals.items():
-        values = np.abs(np.where(np.isfinite(residual), residual, 0.0))
+    for record in records:
+        values = np.abs(np.where(np.isfinite(record.residual), record.residual, 0.0))
         neighbours = np.maximum(values[:-2], values[2:])
         middle = values[1:-1]
         typical = float(np.median(values[values > 0.0])) if values.any() else 0.0
@@ -749,37 +732,30 @@ def _lone_samples(
         square += float(np.sum(middle[alone] ** 2))
         if alone.any():
             k = int(np.argmax(np.where(alone, middle, 0.0)))
-            worst = max(worst, (run, k + 1, float(middle[k])), key=lambda entry: entry[2])
+            worst = max(worst, (record.run, k + 1, float(middle[k])), key=lambda entry: entry[2])
     if 0 < count <= _FEW * size and square > _MOST_OF_THE_GAP * above:
         run, sample, distance = worst
         yield CampaignWarning(
             "outliers",
-            channel,
+            channel.name,
             f"{count} samples make {min(square / above, 1.0):.0%} of the gap, each alone, the "
-            f"worst {sized(distance, unit)} from the prediction in run {run}",
+            f"worst {sized(distance, channel.unit)} from the prediction in run {run}",
             "leave these cells empty if they are dropouts or spikes of the measuring chain; keep "
             "them if the machine strikes there: several channels at once, or where motion turns",
             float(count),
-            sample_of(files[run], sample),
+            sample_of(runs[run].file, sample),
         )
 
 
 def _steady_tone(
-    channel: str,
-    unit: str,
-    number: int,
-    residuals: Mapping[str, FloatArray],
-    records: Sequence[PredictedRecord],
-    runs: Mapping[str, Run],
-    above: float,
+    channel: Channel, records: Sequence[PredictedRecord], runs: Mapping[str, Run], above: float
 ) -> Iterator[CampaignWarning]:
     """A line at one frequency, as large in runs whose signals are not."""
     shown = []
     for record in records:
-        frequency, amplitude = _strongest_line(record.time, residuals[record.run])
-        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, number, frequency):
-            level = float(np.nanstd(record.measured[:, number]))
-            shown.append((frequency, amplitude, level, record))
+        frequency, amplitude = _strongest_line(record.time, record.residual)
+        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, frequency):
+            shown.append((frequency, amplitude, float(np.nanstd(record.measured)), record))
     if len(shown) < 2:
         return
     typical = float(np.median([entry[0] for entry in shown]))
@@ -788,19 +764,18 @@ def _steady_tone(
         for entry in shown
         if abs(entry[0] - typical) < 2.0 / float(entry[3].time[-1] - entry[3].time[0])
     ]
-    amplitudes = np.array([entry[1] for entry in alike])
-    levels = np.array([entry[2] for entry in alike])
     if len(alike) <= _IN_RUNS * len(records) or len(alike) < 2:
         return
+    amplitudes, levels = np.array([entry[1:3] for entry in alike]).T
     square = sum(0.5 * entry[1] ** 2 * entry[3].time.size for entry in alike)
     is_steady = amplitudes.max() < _STEADY * amplitudes.min()
     if is_steady and levels.max() > _GROWS * levels.min() and square > _OF_THE_GAP * above:
+        size = sized(float(np.median(amplitudes)), channel.unit)
         yield CampaignWarning(
             "tone",
-            channel,
-            f"a tone of {typical:.3f} Hz, amplitude {sized(float(np.median(amplitudes)), unit)}, "
-            f"in {len(alike)} of {len(records)} runs beside the prediction, as large in all of "
-            "them while the signals are not",
+            channel.name,
+            f"a tone of {typical:.3f} Hz, amplitude {size}, in {len(alike)} of {len(records)} "
+            "runs beside the prediction, as large in all of them while the signals are not",
             "look for electrical hum (shield, ground, filter before sampling) or for something "
             "else that vibrates at this frequency",
             typical,
@@ -808,12 +783,11 @@ def _steady_tone(
         )
 
 
-def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency: float) -> bool:
+def _is_of_the_machine(run: Run, record: PredictedRecord, frequency: float) -> bool:
     """Whether a line is an order of the shaft, or of a drive or its harmonics."""
-    residual = record.measured[:, number] - record.predicted[:, number]
-    known = np.isfinite(residual)
+    known = np.isfinite(record.residual)
     time = run.time - run.time[0]
-    level = np.interp(time, record.time[known] - record.time[0], residual[known])
+    level = np.interp(time, record.time[known] - record.time[0], record.residual[known])
     if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
         return True
     drives = [drive for name, drive in run.inputs.items() if name != "carrier_angle"]
@@ -823,17 +797,16 @@ def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency
 def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
     """Frequency [Hz] and amplitude of the line that stands out most; zero where none does."""
     present = np.isfinite(residual)
-    if np.count_nonzero(present) < _FEWEST_SAMPLES:
+    if np.count_nonzero(present) < FEWEST_SAMPLES:
         return 0.0, 0.0
-    first, last = np.flatnonzero(present)[[0, -1]]
-    span = slice(int(first), int(last) + 1)
+    span = slice(np.argmax(present), present.size - np.argmax(present[::-1]))
     level = np.interp(time[span], time[present], residual[present])
     window = np.hanning(level.size)
     power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    surroundings = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    surroundings = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
     power[:4] = 0.0
     k = int(np.argmax(power))
-    if power[k] <= _STANDS_OUT * surroundings[k] or k == power.size - 1:
+    if power[k] <= STANDS_OUT * surroundings[k] or k == power.size - 1:
         return 0.0, 0.0
     step = mean_step(time[span])
     # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.

@@ -45,16 +45,10 @@ from carrierflex.identification.estimation.scaled_least_squares import (
 )
 from carrierflex.simulation.sensing import delayed
 
-#: Fewest channels of which one can be left out: two disagree, and neither is the one.
-_FEWEST_CHANNELS = 3
-#: Fewest runs of which one can be left out.
-_FEWEST_RUNS = 3
-#: Fewest runs that may differ from one another.
-_FEWEST_VARYING = 2
+#: Fewest channels, or runs, of which one can be left out: two disagree, and neither is the one.
+_FEWEST = 3
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
-#: Share of what a channel has beyond the others' expectation that its fault explains.
-_EXPLAINED = 0.9
 #: Factors of a polarity that is reversed and of a dead channel are within this.
 _NEAR = 0.1
 #: Faults without a pattern.
@@ -63,8 +57,6 @@ _OF_ANY = (Fault.CHANNEL, Fault.CHANNEL_ZERO)
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
 _FILTERS = range(0, 14)
-#: Inputs that are no loads.
-_OF_SHAFT = (ANGLE, "speed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +96,7 @@ def lone_rivals(
     sums = baseline_sums(linear())
     screened = gap.remaining(SCREENED)
     n_runs, n_channels = sums.counts.shape
-    if n_channels >= _FEWEST_CHANNELS:
+    if n_channels >= _FEWEST:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
         if squares[channel] <= screened:
@@ -119,16 +111,17 @@ def lone_rivals(
                 for rival in rivals:
                     if is_one or rival.id not in _OF_ANY:
                         yield replace(rival, corrected=corrected)
-    if n_runs >= _FEWEST_RUNS:
+    if n_runs >= _FEWEST:
         squares = [sums.without(run=k).mean_square for k in range(n_runs)]
         number = int(np.argmin(squares))
         if squares[number] <= screened:
             record = next(islice(linear(), number, None))
-            square = refitted(_without_run(campaign, record.run))
+            others = tuple(run for run in campaign.runs if run.name != record.run)
+            square = refitted(replace(campaign, runs=others))
             if square <= gap.enough:
                 steps = sums.without(run=number).steps[number]
                 yield _run_rival(record, steps, campaign, refitted, square, gap)
-    if n_runs >= _FEWEST_VARYING and _loads_vary(campaign) and sums.of_each_run <= screened:
+    if n_runs > 1 and _loads_vary(campaign) and sums.of_each_run <= screened:
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
         square = float(np.average(squares, weights=sums.counts.sum(axis=1)))
         # Values by run take more of any gap than one fault does.
@@ -152,25 +145,19 @@ def _loads_vary(campaign: Campaign) -> bool:
         values
         for run in campaign.runs
         for name, values in run.inputs.items()
-        if name not in _OF_SHAFT and values.any()
+        if name not in (ANGLE, "speed") and values.any()
     ]
     return all(bool(np.std(load) > _STEADY * np.abs(load).max()) for load in loads)
 
 
 def _without_channel(campaign: Campaign, channel: int) -> Campaign:
     """Campaign that never had a channel."""
-    name = campaign.channels[channel].name
+    channels = tuple(one for k, one in enumerate(campaign.channels) if k != channel)
     runs = tuple(
-        replace(run, signals={key: values for key, values in run.signals.items() if key != name})
+        replace(run, signals={one.name: run.signals[one.name] for one in channels})
         for run in campaign.runs
     )
-    channels = tuple(one for one in campaign.channels if one.name != name)
     return replace(campaign, channels=channels, runs=runs)
-
-
-def _without_run(campaign: Campaign, name: str) -> Campaign:
-    """Campaign that never had a run."""
-    return replace(campaign, runs=tuple(run for run in campaign.runs if run.name != name))
 
 
 def _run_rival(
@@ -194,7 +181,7 @@ def _run_rival(
     beside_gain = float(np.sum((y - gain * x)[known] ** 2)) - noise
     # What is constant in a run is in its zeros: of the noise that is left no gain explains much.
     is_more = unexplained > (SIMPLER - 1.0) * noise
-    if is_more and beside_gain <= (1.0 - _EXPLAINED) * unexplained:
+    if is_more and beside_gain <= (1.0 - NEARLY_ALL) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(Fault.INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
@@ -241,7 +228,7 @@ def _channel_rival(
         (fault for fault in faults if fault.square <= SIMPLER * max(least, noise)),
         key=lambda fault: (fault.n_unknowns, fault.square),
     )
-    if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
+    if fault.square > noise + (1.0 - NEARLY_ALL) * (unexplained - noise):
         fault = _Fault(Fault.CHANNEL, "is at odds with all others", 0.0, 0)
     text = f"channel {name} left out, which {fault.text},"
     yield WiringRival(fault.id, name, text, square, line)

@@ -178,6 +178,11 @@ class PredictedRecord:
     measured: FloatArray
     predicted: FloatArray
 
+    @property
+    def residual(self) -> FloatArray:
+        """Measured less predicted."""
+        return np.asarray(self.measured - self.predicted)
+
 
 _WithLaws = Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], "WiringChecks"]
 
@@ -247,8 +252,7 @@ def drifting_clocks(
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
         mean_square = _refitted_inside(put_back(campaign, [drift]), refitted)
         if np.isfinite(mean_square):
-            file = runs[drift.run].file
-            rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
+            rivals.append(clock_rival(runs[drift.run], drift.growth, mean_square))
     if len(drifts) > 1:
         together = [drift for _, drift in drifts]
         # What the baseline took of the delays is none where the clocks were right at the start.
@@ -330,14 +334,12 @@ def _refitted_inside(campaign: Campaign, refitted: Callable[[Campaign], float]) 
     return mean_square if np.isfinite(mean_square) else np.inf
 
 
-def clock_rival(
-    run: str, seconds: float, mean_square: float, file: str, *, delay: float = 0.0
-) -> WiringRival:
+def clock_rival(run: Run, seconds: float, mean_square: float, *, delay: float = 0.0) -> WiringRival:
     """Rival that says that a clock drifts by `seconds` over a run, or is off by more all along."""
-    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
+    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run.name}"
     if abs(delay) > abs(seconds):
-        text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run}"
-    return WiringRival(Fault.CLOCK, run, text, mean_square, sample_of(file, 0))
+        text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run.name}"
+    return WiringRival(Fault.CLOCK, run.name, text, mean_square, sample_of(run.file, 0))
 
 
 def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
