@@ -160,33 +160,29 @@ NO_ODD_DRIVE = "no odd drive"
 class FollowedLoad:
     """The load that a gap follows in time."""
 
-    load: Annotated[str, "Name of the input"]
-    is_rate: Annotated[bool, "Whether it follows the load's rate rather than the load"]
-    correlation: Annotated[float, "Size of the correlation"]
+    load: str  # Name of the input
+    is_rate: bool  # Whether it follows the load's rate rather than the load
+    correlation: float  # Size of the correlation
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
     """One statement about where the gap lies."""
 
-    kind: Annotated[str, "ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL"]
-    patterns: Annotated[tuple[str, ...], "Sensor patterns, motion or quantity; largest first"]
-    share: Annotated[float, "Share of the gap"]
-    runs: Annotated[tuple[str, ...], "Runs in which it is significant"]
-    is_in_every_run: Annotated[bool, "Whether these are all runs"]
-    order: Annotated[int | None, "Shaft order; negative: backward motion"] = None
-    band_hz: Annotated[tuple[float, float] | None, "Band of frequency [Hz]"] = None
-    frame: Annotated[str, "Frame that it is fixed to; empty: nothing rotates"] = ""
-    p_value: Annotated[float, "Largest of the significant runs; NaN: unknown"] = np.nan
-    exponents: Annotated[Mapping[str, Exponent], "How it grows, by condition"] = field(
-        default_factory=dict
-    )
-    changes_with: Annotated[
-        str, "Condition with which it changes, though not by a power, or empty"
-    ] = ""
-    follows: Annotated[FollowedLoad | None, "Load that it follows in time"] = None
-    line: Annotated[str, "Line off the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
-    place: Annotated[str, "Where the line lies beside the orders, in words; or empty"] = ""
+    kind: str  # ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL
+    patterns: tuple[str, ...]  # Sensor patterns, motion or quantity; largest first
+    share: float  # Share of the gap
+    runs: tuple[str, ...]  # Runs in which it is significant
+    is_in_every_run: bool  # Whether these are all runs
+    order: int | None = None  # Shaft order; negative: backward motion
+    band_hz: tuple[float, float] | None = None  # Band of frequency [Hz]
+    frame: str = ""  # Frame that it is fixed to; empty: nothing rotates
+    p_value: float = np.nan  # Largest of the significant runs; NaN: unknown
+    exponents: Mapping[str, Exponent] = field(default_factory=dict)  # How it grows, by condition
+    changes_with: str = ""  # Condition with which it changes, though not by a power, or empty
+    follows: FollowedLoad | None = None  # Load that it follows in time
+    line: str = ""  # Line off the orders, ``0.47X`` or ``0.83Hz``, or empty
+    place: str = ""  # Where the line lies beside the orders, in words; or empty
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,10 +255,10 @@ class CellValidation:
 class Scalar:
     """A quantity of interest, one value for every repetition in every condition."""
 
-    name: Annotated[str, "What it is"]
-    unit: Annotated[str, "Its unit"]
-    measured: Annotated[FloatArray, "Measured by repetition, shape (n,)"]
-    predicted: Annotated[FloatArray, "Simulated by repetition, shape (n,)"]
+    name: str  # What it is
+    unit: str  # Its unit
+    measured: FloatArray  # Measured by repetition, shape (n,)
+    predicted: FloatArray  # Simulated by repetition, shape (n,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,12 +276,10 @@ class ScalarGap:
 class Repeatability:
     """How far the gap repeats from one repetition to the next."""
 
-    repetition: Annotated[str, "What repeats: ``revolution``, ``period`` or ``repeat``"]
-    rms: Annotated[
-        float, "RMS by run of what does not repeat, above the noise, in the channels' unit"
-    ]
-    share: Annotated[float, "Its mean square over that of the repeating gap"]
-    largest: Annotated[NonSynchronousCell | None, "Cell with most of it; None where it is noise"]
+    repetition: str  # What repeats: ``revolution``, ``period`` or ``repeat``
+    rms: float  # RMS by run of what does not repeat, above the noise, in the channels' unit
+    share: float  # Its mean square over that of the repeating gap
+    largest: NonSynchronousCell | None  # Cell with most of it; None where it is noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,22 +319,18 @@ ALIASED = "aliased"
 class OffOrderMotion:
     """A line or a band between the shaft's orders, or an order that is read too seldom."""
 
-    id: Annotated[
-        str,
-        "Class: ``nonsynchronous/0.47X``, ``channel/0.47X`` where one channel alone shows it, "
-        "``aliased/99X`` above half the samples of a turn",
-    ]
-    label: Annotated[
-        str,
-        "Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency",
-    ]
-    channels: Annotated[tuple[str, ...], "Channels that show it"]
-    runs: Annotated[tuple[str, ...], "Runs that show it"]
-    is_in_every_run: Annotated[bool, "Whether these are all runs"]
-    band_hz: Annotated[tuple[float, float], "Lowest and highest frequency over lines and runs [Hz]"]
-    mean_square: Annotated[Mapping[str, float], "Mean square over the channels by run"]
-    explained: Annotated[float, "Share of its power that amplitudes fitted to other turns predict"]
-    p_value: Annotated[float, "Probability that noise makes it anywhere in the records"]
+    #: Class: ``nonsynchronous/0.47X``, ``channel/0.47X`` where one channel alone shows it,
+    #: ``aliased/99X`` above half the samples of a turn
+    id: str
+    #: Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency
+    label: str
+    channels: tuple[str, ...]  # Channels that show it
+    runs: tuple[str, ...]  # Runs that show it
+    is_in_every_run: bool  # Whether these are all runs
+    band_hz: tuple[float, float]  # Lowest and highest frequency over lines and runs [Hz]
+    mean_square: Mapping[str, float]  # Mean square over the channels by run
+    explained: float  # Share of its power that amplitudes fitted to other turns predict
+    p_value: float  # Probability that noise makes it anywhere in the records
 
     @property
     def is_aliased(self) -> bool:

@@ -11,7 +11,7 @@ amplitudes to its samples: white noise of variance s² leaves ``s² times amplit
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -178,25 +178,18 @@ def drawn_counts(n: int) -> FloatArray:
 class CellTable:
     """Cells of the runs whose repetitions are drawn together."""
 
-    runs: Annotated[tuple[str, ...], "Runs"]
-    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
-    orders: Annotated[FloatArray, "Shaft orders, lines, or middles of bands, shape (n_orders,)"]
-    mean_square: Annotated[
-        FloatArray, "Mean square of the gap, shape (n_runs, n_patterns, n_orders)"
-    ]
-    coherent: Annotated[FloatArray, "The same less the noise"]
-    p_value: Annotated[FloatArray, "Probability of each without a gap, not adjusted"]
-    draws: Annotated[
-        Callable[[], FloatArray],
-        "``() -> coherent part`` in N_DRAWS bootstrap draws of the repetitions; not made before "
-        "the intervals are, for those of many runs are more than their map",
-    ]
-    bands_hz: Annotated[
-        FloatArray | None, "Ends of the band behind every order [Hz], shape (n_orders, 2)"
-    ] = None
-    used: Annotated[
-        BoolArray | None, "Cells that exist; default: all, shape (n_patterns, n_orders)"
-    ] = None
+    runs: tuple[str, ...]  # Runs
+    patterns: tuple[str, ...]  # Channels or sensor patterns
+    orders: FloatArray  # Shaft orders, lines, or middles of bands, shape (n_orders,)
+    mean_square: FloatArray  # Mean square of the gap, shape (n_runs, n_patterns, n_orders)
+    coherent: FloatArray  # The same less the noise
+    p_value: FloatArray  # Probability of each without a gap, not adjusted
+    #: ``() -> coherent part`` in N_DRAWS bootstrap draws of the repetitions; not made before the
+    #: intervals are, for those of many runs are more than their map
+    draws: Callable[[], FloatArray]
+    #: Ends of the band behind every order [Hz], shape (n_orders, 2)
+    bands_hz: FloatArray | None = None
+    used: BoolArray | None = None  # Cells that exist; default: all, shape (n_patterns, n_orders)
 
     def is_used(self) -> BoolArray:
         """Cells that exist, shape (n_runs, n_patterns, n_orders)."""
@@ -209,14 +202,12 @@ class CellTable:
 class GapMap(Sequence[GapCell]):
     """Cells of a map, each made when it is looked at: those of many runs are a million."""
 
-    runs: Annotated[tuple[str, ...], "Names of runs that the cells point to"]
-    patterns: Annotated[tuple[str, ...], "Names of patterns that the cells point to"]
-    indices: Annotated[IntArray, "Number of the run and of the pattern of every cell, shape (n, 2)"]
-    values: Annotated[
-        FloatArray,
-        "Order, mean square, coherent part, share, both ends of its interval, p-value, both "
-        "ends of the band; NaN where there is no band, shape (n, 9)",
-    ]
+    runs: tuple[str, ...]  # Names of runs that the cells point to
+    patterns: tuple[str, ...]  # Names of patterns that the cells point to
+    indices: IntArray  # Number of the run and of the pattern of every cell, shape (n, 2)
+    #: Order, mean square, coherent part, share, both ends of its interval, p-value, both ends of
+    #: the band; NaN where there is no band, shape (n, 9)
+    values: FloatArray
 
     @property
     def orders(self) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,11 +98,11 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
 class _RunCells:
     """Cells of a run, or of runs of one condition; all values have one shape."""
 
-    run: Annotated[str, "Name of the run or runs"]
-    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
-    orders: Annotated[FloatArray, "Orders, lines or middles of bands, shape (n_orders,)"]
-    p_value: Annotated[FloatArray, "By chance, not adjusted, shape (n_patterns, n_orders)"]
-    used: Annotated[BoolArray | None, "Cells that exist; default: all"] = None
+    run: str  # Name of the run or runs
+    patterns: tuple[str, ...]  # Channels or sensor patterns
+    orders: FloatArray  # Orders, lines or middles of bands, shape (n_orders,)
+    p_value: FloatArray  # By chance, not adjusted, shape (n_patterns, n_orders)
+    used: BoolArray | None = None  # Cells that exist; default: all
 
     def known_p_values(self) -> FloatArray:
         """P-values of the cells that exist, shape (n,)."""
@@ -126,18 +126,18 @@ class _RunCells:
 class DriftTable(_RunCells):
     """Trends of all cells of a run."""
 
-    change: Annotated[FloatArray, "Amplitude of the change"]
-    share: Annotated[FloatArray, "Share of the mean square that the trend makes up"]
+    change: FloatArray  # Amplitude of the change
+    share: FloatArray  # Share of the mean square that the trend makes up
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScatterTable(_RunCells):
     """Mean square of all cells that does not repeat."""
 
-    measured: Annotated[FloatArray, "In the measured signal"]
-    simulated: Annotated[FloatArray, "In the simulated signal"]
-    gap: Annotated[FloatArray, "In the gap"]
-    noise: Annotated[FloatArray, "By the noise alone"]
+    measured: FloatArray  # In the measured signal
+    simulated: FloatArray  # In the simulated signal
+    gap: FloatArray  # In the gap
+    noise: FloatArray  # By the noise alone
 
 
 def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:

@@ -15,7 +15,6 @@ of ``g`` is that of least squares times the correlation of the residual from sam
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,35 +45,27 @@ _AS_SURE = 1.0
 class LoadAnswer:
     """What one load does in one run."""
 
-    load: Annotated[str, "Its name"]
-    values: Annotated[FloatArray, "Shape (n,)"]
-    response: Annotated[
-        FloatArray,
-        "Change of the prediction where the load is larger, over the share by which it is, "
-        "shape (n, n_channels)",
-    ]
+    load: str  # Its name
+    values: FloatArray  # Shape (n,)
+    #: Change of the prediction where the load is larger, over the share by which it is, shape (n,
+    #: n_channels)
+    response: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class LinearRecord:
     """One run beside a baseline that is linear in its parameters."""
 
-    run: Annotated[str, "Its name"]
-    time: Annotated[FloatArray, "Time [s], shape (n,)"]
-    residual: Annotated[
-        FloatArray, "Measured less predicted, NaN where missing, shape (n, n_channels)"
-    ]
-    predicted: Annotated[FloatArray, "What the baseline predicts"]
-    columns: Annotated[
-        FloatArray,
-        "Derivatives of the prediction by the baseline's parameters: q of this run alone, p of "
-        "all, shape (q + p, n, n_channels)",
-    ]
-    n_of_run: Annotated[int, "q"] = 0
-    answers: Annotated[
-        Callable[[], Sequence[LoadAnswer]],
-        "``() -> answers`` to each load of several; none where they are not known",
-    ] = tuple
+    run: str  # Its name
+    time: FloatArray  # Time [s], shape (n,)
+    residual: FloatArray  # Measured less predicted, NaN where missing, shape (n, n_channels)
+    predicted: FloatArray  # What the baseline predicts
+    #: Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all,
+    #: shape (q + p, n, n_channels)
+    columns: FloatArray
+    n_of_run: int = 0  # q
+    #: ``() -> answers`` to each load of several; none where they are not known
+    answers: Callable[[], Sequence[LoadAnswer]] = tuple
 
     @property
     def slope(self) -> FloatArray:
@@ -86,25 +77,20 @@ class LinearRecord:
 class Lateness:
     """Delay of the signals [s] and its standard deviation."""
 
-    run: Annotated[
-        str, "Run over which the delay grows by `seconds`; empty for a delay that all runs share"
-    ]
-    seconds: Annotated[float, "Its size"]
-    std: Annotated[float, "Standard deviation"]
-    explained: Annotated[
-        float,
-        "Share of the residual's square over all records that it explains in addition to the "
-        "baseline",
-    ]
+    run: str  # Run over which the delay grows by `seconds`; empty for a delay that all runs share
+    seconds: float  # Its size
+    std: float  # Standard deviation
+    #: Share of the residual's square over all records that it explains in addition to the baseline
+    explained: float
 
 
 @dataclass(frozen=True)
 class ChannelGain:
     """Gain error of a channel."""
 
-    channel: Annotated[int, "Number of the channel"]
-    gain: Annotated[float, "Gain less one"]
-    std: Annotated[float, "Standard deviation"]
+    channel: int  # Number of the channel
+    gain: float  # Gain less one
+    std: float  # Standard deviation
 
     @property
     def sureness(self) -> float:
@@ -327,9 +313,9 @@ def _residual_rms(record: LinearRecord) -> FloatArray:
 class BaselineSums:
     """Products of the baseline's columns and the residual, by run and channel."""
 
-    grams: Annotated[FloatArray, "Shape (n_runs, n_channels, q + p + 1, q + p + 1)"]
-    counts: Annotated[FloatArray, "Samples, shape (n_runs, n_channels)"]
-    n_of_run: Annotated[int, "q"]
+    grams: FloatArray  # Shape (n_runs, n_channels, q + p + 1, q + p + 1)
+    counts: FloatArray  # Samples, shape (n_runs, n_channels)
+    n_of_run: int  # q
 
     def without(self, run: int | None = None, channel: int | None = None) -> "BaselineSums":
         """Sums without one run or one channel."""

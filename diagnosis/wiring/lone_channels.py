@@ -18,7 +18,6 @@ it the filter is.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Annotated
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -65,11 +64,11 @@ class _Reading:
 
     measured: FloatArray
     expected: FloatArray
-    others: Annotated[Mapping[str, FloatArray], "Signals of the other channels"]
-    loads: Annotated[FloatArray, "Shape (n_loads, n)"]
-    angle: Annotated[FloatArray, "Carrier's angle, shape (1, n); (0, n) where nothing turns"]
-    sampling: Annotated[Sequence[float], "Step of time of every run [s]"]
-    starts: Annotated[Sequence[int], "First sample of every run"]
+    others: Mapping[str, FloatArray]  # Signals of the other channels
+    loads: FloatArray  # Shape (n_loads, n)
+    angle: FloatArray  # Carrier's angle, shape (1, n); (0, n) where nothing turns
+    sampling: Sequence[float]  # Step of time of every run [s]
+    starts: Sequence[int]  # First sample of every run
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ that fit each other's inputs up to half as well are exchanged, and the refit dec
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,9 +117,8 @@ class GapSquare:
 
     before: float
     floor: float
-    nearly_all: Annotated[
-        float, "Share that a fault must explain whose size is fitted, or that leaves records out"
-    ] = NEARLY_ALL
+    #: Share that a fault must explain whose size is fitted, or that leaves records out
+    nearly_all: float = NEARLY_ALL
 
     @property
     def enough(self) -> float:
@@ -141,22 +139,22 @@ class GapSquare:
 class ClockDrift:
     """Signals that are later than the inputs, or ever later."""
 
-    run: Annotated[str, "Run whose signals they are; empty for those of all runs"]
-    delay: Annotated[float, "Delay in the middle of the run [s]"]
-    growth: Annotated[float, "Growth of the delay over the run [s]"]
+    run: str  # Run whose signals they are; empty for those of all runs
+    delay: float  # Delay in the middle of the run [s]
+    growth: float  # Growth of the delay over the run [s]
 
 
 @dataclass(frozen=True)
 class WiringRival:
     """The baseline refitted to a campaign whose wiring is corrected."""
 
-    id: Annotated[str, "One of the ids above"]
-    about: Annotated[str, "Input, channels or run that it is about"]
-    text: Annotated[str, "What is corrected: ``the torque of the other sign``"]
-    mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
-    line: Annotated[str, "File or key that it is about"]
-    laws: Annotated[Effects, "Laws that were refitted with the baseline"] = ()
-    corrected: Annotated[Campaign | None, "Records put right, where they are"] = None
+    id: str  # One of the ids above
+    about: str  # Input, channels or run that it is about
+    text: str  # What is corrected: ``the torque of the other sign``
+    mean_square: float  # Mean square that the refitted baseline leaves over all records
+    line: str  # File or key that it is about
+    laws: Effects = ()  # Laws that were refitted with the baseline
+    corrected: Campaign | None = None  # Records put right, where they are
 
     @property
     def model(self) -> str:

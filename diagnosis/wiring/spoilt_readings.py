@@ -8,7 +8,6 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,12 +99,12 @@ def jittered_samples(
 class _PassedOn:
     """Noise of a load that the prediction passes on, summed over runs and channels."""
 
-    share: Annotated[float, "Square of the noise over that of the load"]
-    n_runs: Annotated[int, "Runs in which the load acts"]
-    square: Annotated[float, "Square of what is predicted of the noise, and remains"]
-    unfollowed: Annotated[float, "On lines of noise, what of the prediction the signal lacks"]
-    variance: Annotated[float, "Of `unfollowed`"]
-    predicted: Annotated[float, "Square of the prediction on these lines"]
+    share: float  # Square of the noise over that of the load
+    n_runs: int  # Runs in which the load acts
+    square: float  # Square of what is predicted of the noise, and remains
+    unfollowed: float  # On lines of noise, what of the prediction the signal lacks
+    variance: float  # Of `unfollowed`
+    predicted: float  # Square of the prediction on these lines
 
     def __add__(self, other: "_PassedOn") -> "_PassedOn":
         return _PassedOn(*(sum(pair) for pair in zip(astuple(self), astuple(other), strict=True)))

@@ -11,7 +11,6 @@ an RMS in floors of noise, the measure of the diagnosis's rules.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 
@@ -40,9 +39,9 @@ _ABSENT = 1e-24
 class Signature:
     """Columns of one effect at one value of its shape, or on one channel."""
 
-    effect: Annotated[str, "Effect id"]
-    variant: Annotated[tuple[float, ...], "Shape or channel; empty without"]
-    columns: Annotated[tuple[int, ...], "Numbers of the columns in the table"]
+    effect: str  # Effect id
+    variant: tuple[float, ...]  # Shape or channel; empty without
+    columns: tuple[int, ...]  # Numbers of the columns in the table
 
 
 @dataclass(frozen=True)
@@ -62,40 +61,29 @@ class PlannedTable:
     those of unit parameters times their scale: the amplitudes count in sizes worth noticing.
     """
 
-    gram: Annotated[
-        FloatArray,
-        "Products ``X' X / sigma²``: the target first, then `n_base` regressors, then "
-        "signatures, shape (n_parts, n, n)",
-    ]
-    n_base: Annotated[int, "Regressors of the baseline"]
-    known: Annotated[
-        FloatArray,
-        "Precision of what is known of each baseline parameter, in the units of its column; "
-        "zero where nothing is, infinite where its value is known, shape (n_base,)",
-    ]
-    signatures: Annotated[tuple[Signature, ...], "Columns by effect and variant"]
-    parameters: Annotated[Mapping[str, ScaledParameter], "First amplitude of every effect"]
-    runs: Annotated[IntArray, "Run of every part"]
-    channels: Annotated[IntArray, "Channel of every part"]
-    n_samples: Annotated[FloatArray, "Samples of every part, shape (n_parts,)"]
-    run_names: Annotated[tuple[str, ...], "Runs by number"]
-    channel_names: Annotated[tuple[str, ...], "Channels by number"]
-    noise_std: Annotated[
-        float, "Root of the mean variance of the noise, in the unit of the channels"
-    ]
-    n_unrecorded: Annotated[
-        int,
-        "Columns at the end of what an unrecorded radial load would add, run by run, scaled to a "
-        "standard deviation of one; 0 where loads are on record",
-    ] = 0
-    bending_precision: Annotated[
-        float, "What strain gauges of the shaft's bending tell of each of these columns"
-    ] = 0.0
-    bound: Annotated[
-        FloatArray | None,
-        "Largest size of each column's amplitude, infinite where it has none, shape (n,); None: "
-        "no column has one",
-    ] = None
+    #: Products ``X' X / sigma²``: the target first, then `n_base` regressors, then signatures,
+    #: shape (n_parts, n, n)
+    gram: FloatArray
+    n_base: int  # Regressors of the baseline
+    #: Precision of what is known of each baseline parameter, in the units of its column; zero where
+    #: nothing is, infinite where its value is known, shape (n_base,)
+    known: FloatArray
+    signatures: tuple[Signature, ...]  # Columns by effect and variant
+    parameters: Mapping[str, ScaledParameter]  # First amplitude of every effect
+    runs: IntArray  # Run of every part
+    channels: IntArray  # Channel of every part
+    n_samples: FloatArray  # Samples of every part, shape (n_parts,)
+    run_names: tuple[str, ...]  # Runs by number
+    channel_names: tuple[str, ...]  # Channels by number
+    noise_std: float  # Root of the mean variance of the noise, in the unit of the channels
+    #: Columns at the end of what an unrecorded radial load would add, run by run, scaled to a
+    #: standard deviation of one; 0 where loads are on record
+    n_unrecorded: int = 0
+    #: What strain gauges of the shaft's bending tell of each of these columns
+    bending_precision: float = 0.0
+    #: Largest size of each column's amplitude, infinite where it has none, shape (n,); None: no
+    #: column has one
+    bound: FloatArray | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -138,14 +126,11 @@ class PlannedTable:
 class _MeasuredGram:
     """What a campaign tells of the signatures."""
 
-    projected: Annotated[
-        FloatArray,
-        "Products of what the baseline leaves of the columns, over the noise's variance, shape "
-        "(n, n)",
-    ]
-    square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
-    n_samples: Annotated[float, "Samples of all channels"]
-    cost: Annotated[FloatArray, "Energy of an amplitude of one by its bound, shape (n,)"]
+    #: Products of what the baseline leaves of the columns, over the noise's variance, shape (n, n)
+    projected: FloatArray
+    square: FloatArray  # Squares of the whole columns, shape (n,)
+    n_samples: float  # Samples of all channels
+    cost: FloatArray  # Energy of an amplitude of one by its bound, shape (n,)
 
     def energies(self, signature: Signature) -> tuple[float, float]:
         """Energy of a signature's mean direction beside the baseline, and of all of it."""
