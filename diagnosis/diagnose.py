@@ -87,16 +87,12 @@ def diagnose(
         Called with each step, for progress.
     executor : Executor, optional
         Where sets of laws that do not wait for each other are fitted; None in this process.
-
-    Returns
-    -------
-    Diagnosis
-        Verdict with everything behind it.
     """
     limits = thresholds or Thresholds()
     missing = _missing(problem, limits)
     if missing:
-        return _not_diagnosable(campaign, kind, problem.unit, missing)
+        attribution = Attribution((), discriminating_experiment=missing)
+        return Diagnosis(campaign, kind, NOT_DIAGNOSABLE, missing, problem.unit, attribution)
     note("classes")
     answer = problem.class_answer()
     fits = law_fits(problem, limits, note, executor)
@@ -129,9 +125,11 @@ def diagnose(
         floor_is_measured=floor_is_measured,
     )
     before, after = fits.fit(()), fits.fit(selection.accepted)
-    aliases = _aliases(judged, selection)
     note("separating trials")
     trial = _separating_trial(fits, selection, judged)
+    between = ""
+    if judged.verdict == ALIASED and judged.answer is not None and judged.answer.ties:
+        between = problem.experiment_between((judged.answer.ids, *judged.answer.ties))
     note("pictures")
     return Diagnosis(
         campaign=campaign,
@@ -142,14 +140,14 @@ def diagnose(
         unit=problem.unit,
         attribution=Attribution(
             effects=judged.effects,
-            aliases=aliases,
+            aliases=_aliases(judged, selection),
             parameters={
                 **published.parameters,
                 **_combinations(problem, after, published.covariance),
             },
             alternatives=_alternatives(fits, selection, judged, floor_ratio),
             ranking=selection.ranking,
-            discriminating_experiment=trial or judged.experiment or _between(problem, judged),
+            discriminating_experiment=trial or judged.experiment or between,
             gains=published.gains,
             undetermined=published.undetermined,
         ),
@@ -266,8 +264,7 @@ def _with_unknown_floor(
 
 def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     """What the records lack for a diagnosis; empty where nothing."""
-    runs = dict.fromkeys(segment.run for segment in problem.segments)
-    for run in runs:
+    for run in dict.fromkeys(segment.run for segment in problem.segments):
         samples = sum(segment.n_samples for segment in problem.segments if segment.run == run)
         if samples < limits.fewest_samples:
             return (
@@ -277,8 +274,7 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     if len(problem.segments) < limits.fewest_segments:
         return (
             f"the records hold {len(problem.segments)} blocks to fit and score; expected at least "
-            f"{limits.fewest_segments}: "
-            "a longer record or another run"
+            f"{limits.fewest_segments}: a longer record or another run"
         )
     if not problem.cards:
         return "every effect of the library is in the baseline or excluded; there is no candidate"
@@ -304,14 +300,14 @@ def _combinations(
     problem: ComparisonProblem, fit: EffectFit, covariance: FloatArray
 ) -> Mapping[str, Mapping[str, NamedValue]]:
     """What the records see of causes together, with intervals."""
+
+    def named(value: float, std: float) -> NamedValue:
+        half = NORMAL_95 * std
+        return NamedValue(value, std, "1", (value - half, value + half))
+
     combinations = problem.combinations(fit.effects, fit.theta, covariance)
     return {
-        name: {
-            quantity: NamedValue(
-                value, std, "1", (value - NORMAL_95 * std, value + NORMAL_95 * std)
-            )
-            for quantity, (value, std) in of_class.items()
-        }
+        name: {quantity: named(*pair) for quantity, pair in of_class.items()}
         for name, of_class in combinations.items()
     }
 
@@ -398,13 +394,6 @@ def _difference(first: EffectFit, second: EffectFit) -> tuple[Effects, Effects]:
     return first.effects, second.effects
 
 
-def _between(problem: ComparisonProblem, judged: Verdict) -> str:
-    """What distinguishes the tied classes of a verdict; empty where none are."""
-    if judged.verdict != ALIASED or judged.answer is None or not judged.answer.ties:
-        return ""
-    return problem.experiment_between((judged.answer.ids, *judged.answer.ties))
-
-
 def _gap_detail(
     problem: ComparisonProblem, before: EffectFit, after: EffectFit, reduction: GapReduction
 ) -> GapDetail | None:
@@ -412,15 +401,10 @@ def _gap_detail(
     findings = problem.gap_findings((), before.theta)
     if findings is None:
         return None
-    return GapDetail(
-        findings,
-        cell_validations(
-            reduction.cells_before,
-            reduction.cells_after,
-            problem.numerical_error((), before.theta),
-        ),
-        scalar_gaps(problem.scalars((), before.theta), problem.scalars(after.effects, after.theta)),
-    )
+    numerical = problem.numerical_error((), before.theta)
+    cells = cell_validations(reduction.cells_before, reduction.cells_after, numerical)
+    scalars = [problem.scalars(fit.effects, fit.theta) for fit in (before, after)]
+    return GapDetail(findings, cells, scalar_gaps(*scalars))
 
 
 def _signals(
@@ -432,20 +416,3 @@ def _signals(
         return None
     with_effects = problem.overlays(after.effects, after.theta) if after.effects else ()
     return SignalComparison(overlays, tuple(with_effects))
-
-
-def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:
-    return Diagnosis(
-        campaign=campaign,
-        kind=kind,
-        verdict=NOT_DIAGNOSABLE,
-        reason=missing,
-        unit=unit,
-        attribution=Attribution(
-            effects=(),
-            aliases=(),
-            parameters={},
-            ranking=(),
-            discriminating_experiment=missing,
-        ),
-    )

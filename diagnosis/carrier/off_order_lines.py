@@ -360,14 +360,14 @@ def off_orders(campaign: Campaign) -> OffOrders:
         others = _runs_off_orders(campaign, every)
         all_runs = (shared.without(*one) if shared else one[0] for one in others)
     # Lines that stay are fitted anew without the others.
-    found, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
-    rest = iter(found)
-    lines = tuple(tuple(islice(rest, len(band))) for band in repeating)
+    fitted, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
+    in_turn = iter(fitted)
+    lines = tuple(tuple(islice(in_turn, len(band))) for band in repeating)
     names = [channel.name for channel in campaign.channels]
     motions = tuple(
         _motion(band, speeds, names, share) for band, share in zip(lines, shares, strict=True)
     )
-    return OffOrders(_cleaned(campaign, speeds, found), speeds, motions, lines)
+    return OffOrders(_cleaned(campaign, speeds, fitted), speeds, motions, lines)
 
 
 def _unresolved_order(runs: Sequence[RunOffOrders]) -> int:

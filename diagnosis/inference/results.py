@@ -70,14 +70,14 @@ class Attribution:
     aliases: Annotated[
         tuple[Effects, ...],
         "Classes of effects that these records cannot tell apart, the named one first",
-    ]
+    ] = ()
     parameters: Annotated[
         Mapping[str, Mapping[str, NamedValue]], "Values by effect (``baseline`` too) and name"
-    ]
-    ranking: Annotated[tuple[RankedSet, ...], "Sets tried, best first"]
+    ] = field(default_factory=dict)
+    ranking: Annotated[tuple[RankedSet, ...], "Sets tried, best first"] = ()
     discriminating_experiment: Annotated[
         str, "The measurement that would tell aliased effects apart or show a silent one"
-    ]
+    ] = ""
     gains: Annotated[
         str,
         "What the intervals of the parameters hold of the signals' gains, and what they "
