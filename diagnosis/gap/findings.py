@@ -62,11 +62,6 @@ def exponents(
         Amplitudes and their standard deviations; only positive amplitudes are used.
     conditions : mapping of str to ndarray, shape (n,)
         Values of every condition, not negative.
-
-    Returns
-    -------
-    dict of str to Exponent
-        By condition.
     """
     by_condition = {}
     for name, values in conditions.items():
@@ -79,6 +74,7 @@ def exponents(
 def _exponent(
     name: str, size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]
 ) -> Exponent:
+    """Exponent of one condition beside the others."""
     n = size.size
     if n < 2:
         return undetermined(n, "fewer than two points show it")
@@ -92,11 +88,19 @@ def _exponent(
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _SEPARATE_SHARE * np.linalg.norm(centred):
         return undetermined(n, f"{name} changes together with {' and '.join(others)}")
-    return _fitted(
-        np.column_stack([columns[name], design]),
-        np.log(size),
-        np.maximum(error / size, _LEAST_ERROR),
-    )
+    # Weighted least squares; the first column's coefficient.
+    error = np.maximum(error / size, _LEAST_ERROR)
+    X = np.column_stack([columns[name], design]) / error[:, None]
+    y = np.log(size) / error
+    covariance = np.linalg.pinv(X.T @ X)
+    solution = covariance @ (X.T @ y)
+    dof = n - X.shape[1]
+    misfit = float(np.sum((y - X @ solution) ** 2)) / dof if dof > 0 else 1.0
+    std = float(np.sqrt(covariance[0, 0] * max(misfit, 1.0)))
+    law = student_t(dof) if dof > 0 else norm()
+    value, half = float(solution[0]), float(law.ppf(0.975)) * std
+    p_value = float(2.0 * law.sf(abs(value) / std))
+    return Exponent(value, (value - half, value + half), p_value, n)
 
 
 def _column(values: FloatArray) -> FloatArray:
@@ -108,27 +112,9 @@ def _column(values: FloatArray) -> FloatArray:
     return np.asarray(np.log1p(values / largest), dtype=np.float64)
 
 
-def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Exponent:
-    """Weighted least squares; the first column's coefficient."""
-    X = design / error[:, None]
-    y = target / error
-    covariance = np.linalg.pinv(X.T @ X)
-    solution = covariance @ (X.T @ y)
-    dof = len(y) - X.shape[1]
-    misfit = float(np.sum((y - X @ solution) ** 2)) / dof if dof > 0 else 1.0
-    std = float(np.sqrt(covariance[0, 0] * max(misfit, 1.0)))
-    law = student_t(dof) if dof > 0 else norm()
-    half = float(law.ppf(0.975)) * std
-    value = float(solution[0])
-    return Exponent(
-        value, (value - half, value + half), float(2.0 * law.sf(abs(value) / std)), len(y)
-    )
-
-
 def undetermined(n: int, reason: str) -> Exponent:
     """Exponent that `n` pairs of gap and condition do not show, and why."""
-    nan = np.nan
-    return Exponent(nan, (nan, nan), nan, n, reason)
+    return Exponent(np.nan, (np.nan, np.nan), np.nan, n, reason)
 
 
 #: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
@@ -357,24 +343,16 @@ def cell_validations(
     significant = every.chosen(every.are_significant)
     largest = np.argsort(-np.sqrt(significant.mean_squares), kind="stable")
     shown = significant.chosen(largest[:_MOST_CELLS])
-    rows = zip(
-        shown,
-        np.sqrt(shown.mean_squares).tolist(),
-        np.sqrt(np.maximum(_mean_squares_after(shown, map_of(after)), 0.0)).tolist(),
-        np.sqrt(numerical**2 + shown.noise).tolist(),
-        strict=True,
+    errors = np.sqrt(
+        [
+            shown.mean_squares,
+            np.maximum(_mean_squares_after(shown, map_of(after)), 0.0),
+            numerical**2 + shown.noise,
+        ]
     )
     return tuple(
-        CellValidation(
-            channel_pattern=cell.channel_pattern,
-            order=cell.order,
-            run=cell.run,
-            error_before=error_before,
-            error_after=error_after,
-            u_val=u_val,
-            is_beyond=error_before > u_val,
-        )
-        for cell, error_before, error_after, u_val in rows
+        CellValidation(one.channel_pattern, one.order, one.run, error, with_effects, u, error > u)
+        for one, (error, with_effects, u) in zip(shown, errors.T.tolist(), strict=True)
     )
 
 

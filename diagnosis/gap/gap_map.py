@@ -10,7 +10,7 @@ amplitudes to its samples: white noise of variance s² leaves ``s² times amplit
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import overload
 
 import numpy as np
@@ -57,27 +57,16 @@ def significant(cells: Iterable[GapCell]) -> list[GapCell]:
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """First cells of a list that together hold 80 % of its gap; at least one where there is any."""
     required = _MOST_OF_THE_GAP * sum(cell.coherent for cell in cells)
-    covered = 0.0
-    chosen: list[GapCell] = []
-    for cell in cells:
-        chosen.append(cell)
-        covered += cell.coherent
-        if covered >= required:
-            break
-    return chosen
+    covered = accumulate(cell.coherent for cell in cells)
+    enough = next((n for n, share in enumerate(covered, start=1) if share >= required), len(cells))
+    return list(cells[:enough])
 
 
 def band_edges_hz(duration: float, highest_hz: float, n_bands: int) -> FloatArray:
     """Ends of bands of frequency [Hz], evenly wide on a logarithmic axis, shape (n_bands + 1,).
 
-    Parameters
-    ----------
-    duration : float
-        Longest block [s]: the first band holds its mean and its first line.
-    highest_hz : float
-        End of the last band [Hz], above half the sampling frequency.
-    n_bands : int
-        Bands.
+    The first band holds the mean and the first line of the longest block, whose `duration` is in
+    seconds; the last ends above half the sampling frequency.
     """
     return np.concatenate([[0.0], np.geomspace(1.5 / duration, highest_hz, n_bands)])
 
@@ -108,18 +97,13 @@ def block_powers(
     Parameters
     ----------
     signals : ndarray, shape (n, n_columns)
-        Signals; samples outside all blocks do not count.
+        Signals; a block in which one is infinite has infinite sums.
     block : ndarray of int, shape (n,)
-        Block of every sample, from 0; -1 outside.
+        Block of every sample, from 0; -1 outside, where none counts.
     step : float
         Distance of the samples [s].
     edges_hz : ndarray, shape (n_bands + 1,)
         Ends of the bands [Hz].
-
-    Returns
-    -------
-    ndarray
-        In the square of the signals' unit; infinite for blocks in which a signal is.
     """
     powers = []
     for number in range(int(block.max()) + 1):
@@ -321,21 +305,16 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     if not tables:
         return ()
     total = sum(float(table.coherent.sum()) for table in tables)
-    p_values = _adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
-    runs: dict[str, int] = {}
-    patterns: dict[str, int] = {}
-    numbers = []
-    values = []
-    first = 0
-    for table in tables:
+    p_values = adjusted_together([table.p_value[table.is_used()] for table in tables])
+    runs = list(dict.fromkeys(name for table in tables for name in table.runs))
+    patterns = list(dict.fromkeys(name for table in tables for name in table.patterns))
+    numbers, values = [], []
+    for table, of_table in zip(tables, p_values, strict=True):
         used = np.argwhere(table.is_used())
-        of_runs = np.array([runs.setdefault(name, len(runs)) for name in table.runs])
-        of_patterns = np.array(
-            [patterns.setdefault(name, len(patterns)) for name in table.patterns]
-        )
+        of_runs = np.array([runs.index(name) for name in table.runs])
+        of_patterns = np.array([patterns.index(name) for name in table.patterns])
         numbers.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
-        values.append(_values(table, used, total, p_values[first : first + len(used)]))
-        first += len(used)
+        values.append(_values(table, used, total, of_table))
     every = np.concatenate(values)
     largest = np.argsort(-every[:, _COHERENT], kind="stable")
     return GapMap(tuple(runs), tuple(patterns), np.concatenate(numbers)[largest], every[largest])
@@ -343,25 +322,12 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
 
 def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
     """Values of the cells in use of one table, as a map has them."""
-    low, high = _share_intervals(table, total)
-    share = table.coherent / (total if total > 0.0 else np.nan)
-    bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
-    at = tuple(used.T)
-    return np.column_stack(
-        [
-            table.orders[used[:, 2]],
-            *(values[at] for values in (table.mean_square, table.coherent, share, low, high)),
-            p_values,
-            bands[used[:, 2]],
-        ]
-    )
-
-
-def _share_intervals(table: CellTable, total: float) -> tuple[FloatArray, FloatArray]:
-    """Both ends of the 95 % interval of every share; each draw has its own total."""
-    others = total - float(table.coherent.sum())
-    draws = table.draws()
+    # Each draw has its own total.
+    draws, others = table.draws(), total - float(table.coherent.sum())
     drawn_total = draws.sum(axis=(1, 2, 3), keepdims=True) + others
     shares = draws / np.where(drawn_total > 0.0, drawn_total, np.nan)
     low, high = np.quantile(shares, (0.025, 0.975), axis=0)
-    return low, high
+    share = table.coherent / (total if total > 0.0 else np.nan)
+    bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
+    of_cells = [one[tuple(used.T)] for one in (table.mean_square, table.coherent, share, low, high)]
+    return np.column_stack([table.orders[used[:, 2]], *of_cells, p_values, bands[used[:, 2]]])

@@ -1,6 +1,7 @@
 """How far the gap shrinks on held-out records: accepted laws with intervals, given laws in turn."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -203,25 +204,18 @@ def _validation(
 ) -> tuple[RunValidation, ...]:
     """Comparison error by run."""
     numerical = problem.numerical_error(fit.effects, fit.theta)
-    errors = [_by_run(cells, lambda cell: cell.coherent) for cells in (before, after)]
-    noise = _by_run(after, lambda cell: max(cell.mean_square - cell.coherent, 0.0))
-    return tuple(
-        RunValidation(
-            run,
-            float(np.sqrt(max(errors[0].get(run, 0.0), 0.0))),
-            float(np.sqrt(max(errors[1].get(run, 0.0), 0.0))),
-            float(np.sqrt(numerical**2 + noise.get(run, 0.0))),
-        )
-        for run in dict.fromkeys(segment.run for segment in problem.segments)
-    )
-
-
-def _by_run(cells: Sequence[GapCell], value: Callable[[GapCell], float]) -> dict[str, float]:
-    """Sum of a value of the cells of each run."""
-    sums: dict[str, float] = {}
-    for cell in cells:
-        sums[cell.run] = sums.get(cell.run, 0.0) + value(cell)
-    return sums
+    sums: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0.0])
+    for cell in before:
+        sums[cell.run][0] += cell.coherent
+    for cell in after:
+        sums[cell.run][1] += cell.coherent
+        sums[cell.run][2] += max(cell.mean_square - cell.coherent, 0.0)
+    rows = []
+    for run in dict.fromkeys(segment.run for segment in problem.segments):
+        *coherent, noise = sums[run]
+        squares = np.maximum([*coherent, numerical**2 + noise], 0.0)
+        rows.append(RunValidation(run, *np.sqrt(squares).tolist()))
+    return tuple(rows)
 
 
 @dataclass(frozen=True, eq=False)
