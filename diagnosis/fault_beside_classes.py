@@ -17,11 +17,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.refits import (
-    Fault,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step

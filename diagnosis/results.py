@@ -11,10 +11,7 @@ from carrierflex.diagnosis.comparison.overlay import Picture, SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.results import (
-    Attribution,
-    GapReduction,
-)
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.identification.campaign.record_digests import RecordDigests
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 

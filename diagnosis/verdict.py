@@ -448,11 +448,7 @@ def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReducti
     )
     multiple = after * before / floor if floor > 0.0 else math.inf
     return replace(
-        shares,
-        rms_after=after * before,
-        rho=after,
-        rho_ci95=(least, most),
-        floor_multiple=multiple,
+        shares, rms_after=after * before, rho=after, rho_ci95=(least, most), floor_multiple=multiple
     )
 
 

@@ -170,11 +170,7 @@ class CarrierModel:
         return parameter.lower, parameter.upper
 
     def weights(
-        self,
-        effects: Effects,
-        choice: ChannelChoice,
-        theta: FloatArray,
-        runs: slice = slice(None),
+        self, effects: Effects, choice: ChannelChoice, theta: FloatArray, runs: slice = slice(None)
     ) -> WeightTable:
         """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 

@@ -501,9 +501,7 @@ class CarrierProblem(ComparisonProblem):
 
 
 def carrier_problem(
-    campaign: Campaign,
-    curves: Mapping[str, DeflectionCurve],
-    measured_laws: Sequence[Law] = (),
+    campaign: Campaign, curves: Mapping[str, DeflectionCurve], measured_laws: Sequence[Law] = ()
 ) -> CarrierProblem:
     """ComparisonProblem of a campaign of kind ``carrier``.
 

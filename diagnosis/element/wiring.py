@@ -15,11 +15,7 @@ from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.wiring.load_faults import corrected_rival, with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    ClockDrift,
-    Fault,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import ClockDrift, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 

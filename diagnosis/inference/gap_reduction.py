@@ -197,10 +197,7 @@ def _extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fo
 
 
 def _validation(
-    problem: ComparisonProblem,
-    before: Sequence[GapCell],
-    after: Sequence[GapCell],
-    fit: EffectFit,
+    problem: ComparisonProblem, before: Sequence[GapCell], after: Sequence[GapCell], fit: EffectFit
 ) -> tuple[RunValidation, ...]:
     """Comparison error by run."""
     numerical = problem.numerical_error(fit.effects, fit.theta)

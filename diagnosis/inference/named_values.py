@@ -174,8 +174,7 @@ def published_values(
     if shift is None:
         return _published(fit, by_source, words)
     systematics = _Systematics(
-        shift=shift,
-        hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
+        shift=shift, hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum())
     )
     # The sandwich is zero along a direction that the records do not determine.
     moved, free = np.zeros(fit.theta.size), np.flatnonzero(fit.is_free)

@@ -19,12 +19,7 @@ from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    LOADS,
-    RADIAL_LOADS,
-    Fault,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 

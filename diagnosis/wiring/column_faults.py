@@ -22,12 +22,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     load_answers,
 )
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, with_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    LOADS,
-    Fault,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, Fault, GapSquare, WiringRival
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -63,14 +58,14 @@ def filtered_signals(
 ) -> Iterator[WiringRival]:
     """Filter of all channels with which the baseline leaves clearly less than with a delay.
 
-    `records` are those that :func:`carrierflex.diagnosis.wiring.lone_channels.lone_rivals` calls
-    for, the others its arguments. None where an
-    input is an angle: in its turning frame a filtered signal is not that of a filtered load.
+    None where an input is an angle: in its turning frame a filtered signal is not that of a
+    filtered load.
     """
-    inputs = {name for run in campaign.runs for name in run.inputs}
-    runs = list(records) if inputs and ANGLE not in inputs else []
-    known = [np.isfinite(values).all() for run in campaign.runs for values in run.inputs.values()]
-    if not runs or not all(known):
+    inputs = [pair for run in campaign.runs for pair in run.inputs.items()]
+    if not inputs or ANGLE in dict(inputs) or not all(np.isfinite(one).all() for _, one in inputs):
+        return
+    runs = list(records)
+    if not runs:
         return
 
     def residual_of(kind: _Filter, size: float) -> float:
@@ -129,9 +124,8 @@ def drifting_zeros(
 ) -> Iterator[WiringRival]:
     """Straight lines over time taken out of the channels, each with its offset, in every run.
 
-    The arguments are those of :func:`filtered_signals`. None where an input is an angle, whose
-    kinds have drifts in their library, where a load grows with time as a drift does, or where
-    offsets alone do it.
+    None where an input is an angle, whose kinds have drifts in their library, where a load grows
+    with time as a drift does, or where offsets alone do it.
     """
     if not _has_steady_loads(campaign):
         return
@@ -205,8 +199,7 @@ def drifting_gain(
     """Gain of the load that grows over every run, the same in all, with which least is left.
 
     What a linear machine answers grows with it, ``r = c (g t + g_0) x``; g_0 is known to the
-    baseline where there is one load. The arguments are those of :func:`drifting_zeros`. None where
-    a constant gain alone does it.
+    baseline where there is one load. None where a constant gain alone does it.
     """
     is_mounting = campaign.kind == "mounting"
     names = LOADS if is_mounting else tuple(campaign.contract.inputs)
@@ -254,8 +247,7 @@ def late_load(
     """A load that lags behind the signals, late and behind a first-order low-pass.
 
     What acts is ``u(t) = (1 + tau d/dt) u_read(t + d)``, and a linear machine answers it by the
-    same of its answer. The arguments are those of :func:`drifting_zeros`. None where an input is
-    an angle, whose zero and delay are faults of their own.
+    same of its answer. None where an input is an angle, whose zero and delay are other faults.
     """
     inputs = {name for run in campaign.runs for name in run.inputs}
     names = LOADS if campaign.kind == "mounting" else sorted(inputs)
@@ -314,7 +306,7 @@ def saturating_channel(
     """The only channel reading too little where it is large, ``y = e tanh(x / e)``.
 
     Its first order ``r = -x³ / (3 e²)`` gives the end e to begin with, refits the one that leaves
-    least. The arguments are those of :func:`filtered_signals`.
+    least.
     """
     if len(campaign.channels) != 1:
         return

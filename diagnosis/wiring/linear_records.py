@@ -144,8 +144,7 @@ def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
     """
     of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
     return np.asarray(
-        gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed,
-        dtype=np.float64,
+        gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed, dtype=np.float64
     )
 
 

@@ -12,12 +12,7 @@ from functools import partial
 import numpy as np
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray
-from carrierflex.diagnosis.wiring.refits import (
-    LOADS,
-    RADIAL_LOADS,
-    Fault,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of

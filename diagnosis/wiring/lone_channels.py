@@ -23,25 +23,13 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from carrierflex.diagnosis.wiring.column_faults import SCREENED, SIMPLER, low_pass
-from carrierflex.diagnosis.wiring.linear_records import (
-    FloatArray,
-    LinearRecord,
-    baseline_sums,
-)
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, baseline_sums
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, load_faults
-from carrierflex.diagnosis.wiring.refits import (
-    LOADS,
-    NEARLY_ALL,
-    Fault,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, NEARLY_ALL, Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of
-from carrierflex.identification.estimation.scaled_least_squares import (
-    normal_solution,
-)
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.sensing import delayed
 
 #: Fewest channels, or runs, of which one can be left out: two disagree, and neither is the one.

@@ -227,9 +227,7 @@ _MOST_PAIRS = 3
 
 
 def drifting_clocks(
-    records: Sequence[PredictedRecord],
-    campaign: Campaign,
-    refitted: Callable[[Campaign], float],
+    records: Sequence[PredictedRecord], campaign: Campaign, refitted: Callable[[Campaign], float]
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
@@ -269,9 +267,7 @@ def drifting_clocks(
 
 
 def exchanged_runs(
-    records: Sequence[PredictedRecord],
-    campaign: Campaign,
-    refitted: Callable[[Campaign], float],
+    records: Sequence[PredictedRecord], campaign: Campaign, refitted: Callable[[Campaign], float]
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of runs exchanged: what leaves least, or none.
 
@@ -293,10 +289,7 @@ def exchanged_runs(
 
 
 def refitted_clock(
-    campaign: Campaign,
-    guess: ClockDrift,
-    refitted: Callable[[Campaign], float],
-    enough: float,
+    campaign: Campaign, guess: ClockDrift, refitted: Callable[[Campaign], float], enough: float
 ) -> tuple[ClockDrift, float]:
     """Delay and drift about a guess with which the refitted baseline leaves least, and that.
 

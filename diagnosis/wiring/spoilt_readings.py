@@ -20,11 +20,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     LoadAnswer,
     load_answers,
 )
-from carrierflex.diagnosis.wiring.refits import (
-    Fault,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import (
