@@ -137,24 +137,22 @@ _OF_CHANNELS = ("channel/", "sensor_")
 class BaselineCheck:
     """Findings with the baseline, and rivals of what is named with the share that they explain."""
 
-    warnings: tuple[CampaignWarning, ...]
+    findings: tuple[CampaignWarning, ...]  # Without those of the rivals
     rivals: tuple[tuple[WiringRival, float], ...]
     largest_run: str = ""  # Run that moves most: what grows with the motion is largest there
     #: Faults that explain half of the gap by themselves and not nearly all: beside a class they may
     half: tuple[WiringRival, ...] = ()
 
+    @property
+    def warnings(self) -> tuple[CampaignWarning, ...]:
+        """Findings, then those of the rivals."""
+        return (*self.findings, *(_wiring_warning(*pair) for pair in self.rivals))
+
     def with_rival(self, rival: WiringRival, share: float) -> "BaselineCheck":
-        """The same with a rival and its finding in the place of those of the same fault."""
-        if share < _REPORTED:
-            return self
+        """The same with a rival in the place of that of the same fault."""
         fault = (rival.id, rival.about)
-        warnings = [one for one in self.warnings if (one.id, one.about) != fault]
-        rivals = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
-        return replace(
-            self,
-            warnings=(*warnings, _wiring_warning(rival, share)),
-            rivals=(*rivals, (rival, share)),
-        )
+        others = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
+        return self if share < _REPORTED else replace(self, rivals=(*others, (rival, share)))
 
 
 def checked_baseline(
@@ -239,8 +237,7 @@ def checked_baseline(
         key = (rival.id, rival.about)
         if key not in best or share > best[key][1] + _AS_GOOD:
             best[key] = (rival, share)
-    rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
-    warnings += [_wiring_warning(rival, share) for rival, share in rivals]
+    rivals = tuple(pair for pair in best.values() if pair[1] >= _REPORTED)
     return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
 
 
@@ -322,21 +319,19 @@ def with_findings(
     "aliased" where a wiring is as good as what is named; where nothing is named, a wiring that
     explains most of the gap is the reason.
     """
-    # Values by run take something of any cause.
-    baseline = replace(
-        baseline,
-        warnings=tuple(
-            warning
-            for warning in baseline.warnings
-            if warning.id not in _BY_RUN
-            or warning.figure >= _least_share(warning, diagnosis, baseline.largest_run)
-            or (warning.id == Fault.RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
-        ),
-    )
-    baseline = _without_explained(baseline, diagnosis)
+    least = _least_shown(baseline, diagnosis)
+    shown = [
+        (rival, share)
+        for rival, share in baseline.rivals
+        if share >= least or _is_beside(rival, diagnosis)
+        # Values by run take something of any cause.
+        if rival.id not in _BY_RUN
+        or share >= _least_share(rival, diagnosis, baseline.largest_run)
+        or (rival.id == Fault.RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
+    ]
     # The baseline says which of two channels is the copy. Of faults that explain as much the kind
     # comes first; all others stay in their order.
-    copies = {warning.about for warning in baseline.warnings if warning.id == Fault.COPIED_CHANNEL}
+    copies = {rival.about for rival, _ in shown if rival.id == Fault.COPIED_CHANNEL}
     of_records = [
         one
         for one in records
@@ -347,15 +342,16 @@ def with_findings(
         behind = _AS_GOOD * (finding.id in OF_NO_KIND)
         return behind - finding.figure if finding.check == _WIRING else 0.0
 
-    ranked = sorted((*of_records, *baseline.warnings), key=rank)
-    diagnosis = replace(diagnosis, warnings=tuple(ranked))
+    warnings = (*of_records, *replace(baseline, rivals=tuple(shown)).warnings)
+    diagnosis = replace(diagnosis, warnings=tuple(sorted(warnings, key=rank)))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     is_open = diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)
     is_open = is_open or diagnosis.reason_id == FLOOR_UNKNOWN
     if reduction is None or not (is_named or is_open):
         return diagnosis
-    likely = sorted(baseline.rivals, key=_most_likely)
+    # Kinds of faults first, the largest share first.
+    likely = sorted(baseline.rivals, key=lambda pair: (pair[0].id in OF_NO_KIND, -pair[1]))
     # What explains less than all that is named with a fault beside it is no alternative to that.
     most_beside = _most_beside(baseline, diagnosis)
     rivals = [
@@ -420,31 +416,20 @@ def _named(diagnosis: Diagnosis) -> dict[str, str]:
     return {law: law for law in laws} or {name: MEASURED + name for name in diagnosis.class_ids}
 
 
-def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
-    """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in OF_NO_KIND, -rival[1]
-
-
-def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> BaselineCheck:
-    """Findings without faults that explain less than what is named, where that leaves but noise.
+def _least_shown(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
+    """Share that a fault must explain to be a finding: of what is named, if that leaves but noise.
 
     By itself, or with a fault beside it.
     """
     reduction = diagnosis.reduction
     # Which sensor an error of the sensors is of, its finding says.
     if reduction is None or any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
-        return baseline
+        return 0.0
     most = _most_beside(baseline, diagnosis)
     is_named = diagnosis.verdict in (NAMED, CLASS_NAMED)
     if is_named and reduction.floor_multiple <= Thresholds().near_floor:
         most = max(most, min(reduction.phi, 1.0))
-    explained = {
-        (rival.id, rival.about)
-        for rival, share in baseline.rivals
-        if not _is_beside(rival, diagnosis) and share < most - _AS_GOOD
-    }
-    warnings = [one for one in baseline.warnings if (one.id, one.about) not in explained]
-    return replace(baseline, warnings=tuple(warnings))
+    return most - _AS_GOOD
 
 
 def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
@@ -453,9 +438,7 @@ def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
     return max(shares, default=0.0)
 
 
-def _least_share(
-    finding: WiringRival | CampaignWarning, diagnosis: Diagnosis, largest_run: str
-) -> float:
+def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -> float:
     """Share of the gap that a fault must explain to be an alias of what is named, or the reason.
 
     A cause that acts in the run of the largest motion alone goes with that run too, one that grows

@@ -13,7 +13,7 @@ of ``g`` is that of least squares times the correlation of the residual from sam
   Channels count by their residual's RMS: a noisy one determines less.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -108,14 +108,13 @@ def load_answers(record: LinearRecord, run: Run) -> Sequence[LoadAnswer]:
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
-    sums = _summed(records)
-    return sums.drifts() or sums.delays() if sums else ()
+    drifts, delays = _lateness(records)
+    return tuple(drifts or delays)
 
 
 def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     """Clocks that drift, fitted together with the baseline."""
-    sums = _summed(records)
-    return sums.drifts() if sums else ()
+    return tuple(_lateness(records)[0])
 
 
 def off_gains(
@@ -194,47 +193,10 @@ def _correlation(residual: FloatArray) -> float:
     return max(1.0 + 2.0 * float(rho[: ends[0] if ends.size else _LAGS].sum()), 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class _LateSums:
-    """Products of baseline's columns, delay, drift and residual, by run and of all runs."""
-
-    runs: Mapping[str, FloatArray]
-    total: FloatArray
-    variance: float
-
-    def drifts(self) -> tuple[Lateness, ...]:
-        """Drift of every run that is beyond doubt."""
-        n_baseline = len(self.total) - 3
-        sure = []
-        for name, of_run in self.runs.items():
-            # The baseline is common to all runs, delay and drift are this run's.
-            sums = of_run.copy()
-            sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
-            sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
-            explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
-            seconds, std = _last_factor(sums, self._unexplained_variance(explained))
-            if abs(seconds) > _DRIFT * std:
-                sure.append(Lateness(name, seconds, std, explained))
-        return tuple(sure)
-
-    def delays(self) -> tuple[Lateness, ...]:
-        """Delay of all runs where it is beyond doubt."""
-        sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
-        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
-        seconds, std = _last_factor(sums, self._unexplained_variance(explained))
-        if abs(seconds) <= _DELAY * std:
-            return ()
-        return (Lateness("", seconds, std, explained),)
-
-    def _unexplained_variance(self, explained: float) -> float:
-        """Variance of what is left beside a lateness: its own slope is no scatter about it."""
-        return self.variance * max(1.0 - explained, 0.0)
-
-
-def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
-    """Products of all runs; None where there is no record."""
-    products = {}
-    residuals = []
+def _lateness(records: Iterable[LinearRecord]) -> tuple[list[Lateness], list[Lateness]]:
+    """Drifts of runs that are beyond doubt, and the delay of all runs where it is."""
+    # Products of the baseline's columns, delay, drift and residual, by run.
+    products, residuals = {}, []
     for record in records:
         slope = record.slope
         known = np.isfinite(record.residual) & np.isfinite(slope)
@@ -246,9 +208,23 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
         products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
         residuals.append((_correlation(record.residual), int(known.sum())))
     if not products:
-        return None
+        return [], []
     total = np.sum(list(products.values()), axis=0)
-    return _LateSums(products, total, _residual_variance(float(total[-1, -1]), residuals))
+    variance, n = _residual_variance(float(total[-1, -1]), residuals), len(total) - 3
+
+    def sure(run: str, sums: FloatArray, least: float) -> list[Lateness]:
+        """Lateness by so many standard deviations; its own slope is no scatter about it."""
+        explained = _explained(sums, n) / float(total[-1, -1])
+        seconds, std = _last_factor(sums, variance * max(1.0 - explained, 0.0))
+        return [Lateness(run, seconds, std, explained)] if abs(seconds) > least * std else []
+
+    drifts = []
+    for name, sums in products.items():
+        # The baseline is common to all runs, delay and drift are this run's.
+        sums[:n, :n] = total[:n, :n]
+        sums[:n, -1] = sums[-1, :n] = total[:n, -1]
+        drifts += sure(name, sums, _DRIFT)
+    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
 
 
 def _explained(sums: FloatArray, n_baseline: int) -> float:

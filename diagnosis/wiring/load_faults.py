@@ -80,7 +80,10 @@ def sized_faults(
 
     Sizes are sought in some samples of a long campaign; what is left is of all.
     """
-    searched = _thinned(campaign)
+    n_channels, n_runs = len(campaign.channels), len(campaign.runs)
+    n_samples = n_channels * sum(run.time.size for run in campaign.runs)
+    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
+    searched = campaign.thinned(every) if every > 1 else campaign
     for fault in _unknown_sizes(campaign):
 
         def square(size: FloatArray, fault: _SizedFault = fault) -> float:
@@ -92,14 +95,6 @@ def sized_faults(
             least = refitted(corrected)
         rival = corrected_rival(fault.id, fault.about, fault.words(size), corrected)
         yield replace(rival, mean_square=least)
-
-
-def _thinned(campaign: Campaign) -> Campaign:
-    """Campaign with as many samples as sizes are sought in; itself where it has no more."""
-    n_channels, n_runs = len(campaign.channels), len(campaign.runs)
-    n_samples = n_channels * sum(run.time.size for run in campaign.runs)
-    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
-    return campaign.thinned(every) if every > 1 else campaign
 
 
 def _first_size(square: Callable[[FloatArray], float], fault: "_SizedFault") -> FloatArray:
@@ -138,7 +133,13 @@ def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
         yield _SizedFault(
             Fault.ENCODER,
             ANGLE,
-            lambda size: lambda run: _centred(run.inputs[ANGLE], size),
+            lambda size: (
+                lambda run: (
+                    run.inputs[ANGLE]
+                    + size[0] * np.cos(run.inputs[ANGLE])
+                    + size[1] * np.sin(run.inputs[ANGLE])
+                )
+            ),
             lambda size: (
                 f"{ANGLE} corrected by {np.rad2deg(np.hypot(*size)):.2f} degrees once a "
                 "turn, as of an eccentric encoder,"
@@ -225,11 +226,6 @@ def with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -
 def _varies(campaign: Campaign, name: str) -> bool:
     """Whether an input is there and acts."""
     return any(name in run.inputs and run.inputs[name].any() for run in campaign.runs)
-
-
-def _centred(angle: FloatArray, size: FloatArray) -> FloatArray:
-    """Angle of an encoder without its error once a turn."""
-    return np.asarray(angle + size[0] * np.cos(angle) + size[1] * np.sin(angle))
 
 
 def _is_held(campaign: Campaign, name: str) -> bool:

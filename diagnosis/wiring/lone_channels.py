@@ -56,7 +56,7 @@ class _Reading:
     loads: FloatArray  # Shape (n_loads, n)
     angle: FloatArray  # Carrier's angle, shape (1, n); (0, n) where nothing turns
     sampling: Sequence[float]  # Step of time of every run [s]
-    starts: Sequence[int]  # First sample of every run
+    ends: Sequence[int]  # End of every run but the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +226,7 @@ def _reading(
 ) -> _Reading:
     """Samples of a channel that are known in all, run after run."""
     runs = {run.name: run for run in campaign.runs}
-    rows, starts, n, sampling = [], [], 0, []
+    rows, sampling = [], []
     for record, step in zip(records, steps, strict=True):
         measured = (record.predicted + record.residual).T
         expected = record.predicted[:, channel] + step @ record.columns[:, :, channel]
@@ -237,26 +237,18 @@ def _reading(
             if load in run.inputs
         ]
         table = np.array([measured[channel], expected, *np.delete(measured, channel, 0), *loads])
-        table = table[:, np.isfinite(table).all(axis=0)]
+        rows.append(table[:, np.isfinite(table).all(axis=0)])
         sampling.append(mean_step(record.time))
-        rows.append(table)
-        starts.append(n)
-        n += table.shape[1]
     table = np.concatenate(rows, axis=1)
     # The zero of a channel is its own.
     table -= table.mean(axis=1, keepdims=True)
     names = [one.name for k, one in enumerate(campaign.channels) if k != channel]
     n_angles = int(all(ANGLE in run.inputs for run in campaign.runs))
-    inputs = table[2 + len(names) :]
-    return _Reading(
-        table[0],
-        table[1],
-        dict(zip(names, table[2 : 2 + len(names)], strict=True)),
-        inputs[: len(inputs) - n_angles],
-        inputs[len(inputs) - n_angles :],
-        sampling,
-        starts,
-    )
+    n_others, n_loaded = 2 + len(names), len(table) - n_angles
+    ends = np.cumsum([one.shape[1] for one in rows])[:-1].tolist()
+    others = dict(zip(names, table[2:n_others], strict=True))
+    inputs = (table[n_others:n_loaded], table[n_loaded:])
+    return _Reading(table[0], table[1], others, *inputs, sampling, ends)
 
 
 def _faults(reading: _Reading) -> Iterator[_Fault]:
@@ -286,7 +278,7 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
         yield _Fault(Fault.SENSOR_ON_GROUND, text, square, 3)
-    pieces = np.split(x, reading.starts[1:])
+    pieces = np.split(x, reading.ends)
     steps = zip(reading.sampling, pieces, strict=True)
     times = [step * np.arange(float(one.size)) for step, one in steps]
     for power in _FILTERS:
@@ -302,7 +294,7 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
     text = f"is {abs(delay) * 1e3:.2g} ms {'behind' if delay > 0.0 else 'before'} the others"
     yield _Fault(Fault.LATE_CHANNEL, text, square, 1)
     for angle in reading.angle:
-        turned = np.split(angle, reading.starts[1:])
+        turned = np.split(angle, reading.ends)
         if all((np.diff(one) > 0.0).all() for one in turned):
             delay, square = _delay_of(y, pieces, turned)
             text = f"reads as if {abs(np.rad2deg(delay)):.2g} degrees from its place"
