@@ -47,6 +47,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
 from carrierflex.diagnosis.wiring.lone_channels import lone_rivals, run_of_largest_motion
 from carrierflex.diagnosis.wiring.refits import (
+    AS_GOOD,
     LONE_CHANNEL,
     NEARLY_ALL,
     OF_NO_KIND,
@@ -98,8 +99,6 @@ _GAP_BESIDE = 2.0
 _BESIDE_SHAPES = 0.7
 #: Share of the gap above the floor that a wiring must explain to be told.
 _REPORTED = 0.5
-#: Share by which it may explain less than what is named and still be as good.
-_AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
@@ -191,7 +190,7 @@ def checked_baseline(
     # None of another simulator's prediction: it stands as it is.
     if records:
         gap = GapSquare(before, floor)
-        enough = gap.remaining(1.0 - _AS_GOOD)
+        enough = gap.remaining(1.0 - AS_GOOD)
         late = [refitted_clock(campaign, guess, wiring.refitted, enough) for guess in wiring.late()]
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
@@ -229,13 +228,13 @@ def checked_baseline(
     shares = [(rival, share_of(rival)) for rival in tried]
     half = [one for one in (*tried, *untold) if one.corrected and not one.laws]
     half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= _REPORTED]
-    if max((share for _, share in shares), default=0.0) >= 1.0 - _AS_GOOD:
+    if max((share for _, share in shares), default=0.0) >= 1.0 - AS_GOOD:
         half = []
     # Of one fault the first model that explains it: a further law must explain more.
     best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
     for rival, share in shares:
         key = (rival.id, rival.about)
-        if key not in best or share > best[key][1] + _AS_GOOD:
+        if key not in best or share > best[key][1] + AS_GOOD:
             best[key] = (rival, share)
     rivals = tuple(pair for pair in best.values() if pair[1] >= _REPORTED)
     return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
@@ -339,7 +338,7 @@ def with_findings(
     ]
 
     def rank(finding: CampaignWarning) -> float:
-        behind = _AS_GOOD * (finding.id in OF_NO_KIND)
+        behind = AS_GOOD * (finding.id in OF_NO_KIND)
         return behind - finding.figure if finding.check == _WIRING else 0.0
 
     warnings = (*of_records, *replace(baseline, rivals=tuple(shown)).warnings)
@@ -357,15 +356,14 @@ def with_findings(
     rivals = [
         (rival, share)
         for rival, share in likely
-        if share
-        >= max(_least_share(rival, diagnosis, baseline.largest_run), most_beside - _AS_GOOD)
+        if share >= max(_least_share(rival, diagnosis, baseline.largest_run), most_beside - AS_GOOD)
         and not _is_beside(rival, diagnosis)
     ]
     as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
     with_fault = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if with_fault and with_fault[0][1] > explained + min(_AS_GOOD, _REPORTED * (1.0 - explained)):
+    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, _REPORTED * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*with_fault[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
@@ -429,7 +427,7 @@ def _least_shown(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
     is_named = diagnosis.verdict in (NAMED, CLASS_NAMED)
     if is_named and reduction.floor_multiple <= Thresholds().near_floor:
         most = max(most, min(reduction.phi, 1.0))
-    return most - _AS_GOOD
+    return most - AS_GOOD
 
 
 def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
@@ -462,11 +460,11 @@ def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -
     if fault in LONE_CHANNEL and all(name.endswith("_map") for name in named):
         # One channel is less to believe than a map of every signal on every other: stiffness,
         # loads, sensors.
-        return min(NEARLY_ALL, explained - _AS_GOOD)
+        return min(NEARLY_ALL, explained - AS_GOOD)
     if fault == Fault.RUN and finding.about != largest_run:
         return 1.0 - _REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
-    return explained + (_AS_GOOD if is_same else -_AS_GOOD)
+    return explained + (AS_GOOD if is_same else -AS_GOOD)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:

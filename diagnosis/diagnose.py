@@ -321,9 +321,8 @@ def _alternatives(
     values: dict[str, Mapping[str, NamedValue]] = {}
     for rival in selection.rivals:
         of_rival = published_values(fits.problem, fits.fit(rival), floor_ratio=floor_ratio)
-        for law in rival:
-            if law not in selection.accepted and law in of_rival.parameters:
-                values.setdefault(law, of_rival.parameters[law])
+        further = [law for law in rival if law not in (*selection.accepted, *values)]
+        values |= {law: of_rival.parameters[law] for law in further}
     return values
 
 
@@ -365,7 +364,10 @@ def separating_trial(
     # The first of those that are as good in the order of the trials, not the largest by a hair:
     # the noise of the records does not decide what is recommended.
     text, *others = [trial for trial, ratio in ratios.items() if ratio >= _AS_GOOD * best]
-    names = " from ".join(set_name(effects) for effects in _difference(first, second))
+    # Effects in which the sets differ; the sets themselves where one holds the other.
+    only = [tuple(e for e in first.effects if e not in second.effects)]
+    only += [tuple(e for e in second.effects if e not in first.effects)]
+    names = " from ".join(map(set_name, only if all(only) else (first.effects, second.effects)))
     equivalent = f". Equivalent: {', '.join(others[:_MOST_OTHERS])}" if others else ""
     return (
         f"to distinguish {names}, run {text}; predicted difference {ratios[text]:.1f} times the "
@@ -383,15 +385,6 @@ def _separation(experiment: CandidateExperiment, first: EffectFit, second: Effec
     starts = [second.theta] if len(of_second) == second.theta.size else []
     fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
     return float(np.sqrt(mean_square_left(problem, fit)))
-
-
-def _difference(first: EffectFit, second: EffectFit) -> tuple[Effects, Effects]:
-    """Effects in which two sets differ; the sets themselves where one holds the other."""
-    only_first = tuple(effect for effect in first.effects if effect not in second.effects)
-    only_second = tuple(effect for effect in second.effects if effect not in first.effects)
-    if only_first and only_second:
-        return only_first, only_second
-    return first.effects, second.effects
 
 
 def _gap_detail(
@@ -412,7 +405,5 @@ def _signals(
 ) -> SignalComparison | None:
     """Signals with the baseline and with the accepted laws, where the problem has them."""
     overlays = tuple(problem.overlays((), before.theta))
-    if not overlays:
-        return None
     with_effects = problem.overlays(after.effects, after.theta) if after.effects else ()
-    return SignalComparison(overlays, tuple(with_effects))
+    return SignalComparison(overlays, tuple(with_effects)) if overlays else None

@@ -17,7 +17,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.refits import Fault, GapSquare, WiringRival
+from carrierflex.diagnosis.wiring.refits import AS_GOOD, Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -25,9 +25,6 @@ from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 FloatArray = NDArray[np.float64]
 _ABOUT = "columns of the prediction"
-#: Share of the gap by which a fault with fewer classes may explain less, and one with as many must
-#: explain more.
-_AS_GOOD = 0.03
 #: Values of all columns up to which they are moved: 80 MB.
 _MOST_VALUES = 10_000_000
 
@@ -66,7 +63,7 @@ def fault_beside_classes(
     best = min(as_good, key=lambda rival: (len(rival.laws), rival.mean_square))
     remaining = best.mean_square
     is_simpler = len(best.laws) < n_classes
-    clearly = _AS_GOOD * (before - floor)
+    clearly = AS_GOOD * (before - floor)
     is_better = equal * remaining < as_read and as_read - remaining > clearly
     is_as_good = remaining < equal * as_read and remaining - as_read < clearly
     if not (is_better or (is_simpler and is_as_good)):

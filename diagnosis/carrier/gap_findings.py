@@ -453,11 +453,11 @@ def _off_order_table(
     shown = np.array([one.channels for one in motion.motions], dtype=object)
     used = np.array([[name in channels for channels in shown] for name in names])
     p_value = np.array([one.p_value for one in motion.motions])
-    hertz = [[_order(line, speed) * speed for line in lines] for lines in motion.lines]
+    hertz = [[line.order(speed) * speed for line in lines] for lines in motion.lines]
     return CellTable(
         runs=(run,),
         patterns=names,
-        orders=np.array([_order(lines[0], speed) for lines in motion.lines]),
+        orders=np.array([lines[0].order(speed) for lines in motion.lines]),
         mean_square=mean_square[None],
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
@@ -481,10 +481,6 @@ def _line_rows(
     # A draw holds the noise of the estimate and its own.
     draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - noise
     return mean_square, noise, draws
-
-
-def _order(line: OffOrderLine, speed: float) -> float:
-    return line.position if line.is_order else line.position / speed
 
 
 def _line_findings(

@@ -211,8 +211,7 @@ class CarrierReading:
         values = theta if is_fitted else np.append(theta, 0.0)
         everywhere: ChannelChoice = {**self.choice, name: slice(None)}
         named = {**self.choice, name: self.choice.get(name, 0)}
-        owners = [p.effect for p in self.model.parameters(with_error, named)]
-        first = owners.index(name)
+        first = [p.effect for p in self.model.parameters(with_error, named)].index(name)
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.records.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
@@ -264,7 +263,7 @@ def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
         curves = _curves_of(rig, pins)
         waves = {name: _waves(curve) for name, curve in curves.items()}
         largest = {orders[0] for orders in waves.values() if orders}
-        for order in sorted({order for orders in waves.values() for order in orders} - largest):
+        for order in sorted(set().union(*waves.values()) - largest):
             shown = (name for name, orders in waves.items() if order in orders)
             changed = {name: _larger(curves[name], order, std) for name in shown}
             yield replace(rig, curves={**rig.curves, **changed})

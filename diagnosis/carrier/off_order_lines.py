@@ -1,8 +1,8 @@
 """Lines and bands off the shaft's orders: found in what a run holds without them, and taken out."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -89,21 +89,6 @@ class RunOffOrders:
         return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class _SharedOrders:
-    """Sizes of what the orders make of the loads, the same in every run; k columns."""
-
-    n_loads: int  # loads that the orders follow
-    counts: BoolArray  # columns that count
-    energy: FloatArray  # (k,) their lengths over the searched runs
-    sizes: FloatArray  # (k, C) sizes in every channel
-
-    def without(self, run: RunOffOrders, loaded: Sequence[FloatArray]) -> RunOffOrders:
-        """Run without them; `loaded` are its orders times each load, shape (n, k)."""
-        columns = run.without_orders(np.hstack(loaded[: self.n_loads]))[:, self.counts]
-        return replace(run, values=run.values - (columns / self.energy @ self.sizes).T)
-
-
 def _searched(campaign: Campaign) -> Sequence[int]:
     """Numbers of the runs that are searched: all, or some of them drawn, as many as may be kept."""
     n_runs = len(campaign.runs)
@@ -116,10 +101,10 @@ def _searched(campaign: Campaign) -> Sequence[int]:
     return np.sort(drawn).tolist()
 
 
-def _shared_orders(
+def _without_shared(
     made: Sequence[tuple[RunOffOrders, Sequence[FloatArray]]],
-) -> _SharedOrders | None:
-    """What the orders make of the loads with the same sizes in every run; None where nothing."""
+) -> Callable[[RunOffOrders, Sequence[FloatArray]], RunOffOrders]:
+    """Takes out of a run what the orders make of the loads, with the same sizes in every run."""
     # A torque that ripples makes lines beside every order that follows it. A run too short to tell
     # how its orders follow the loads leaves them beside the orders; all runs together tell it, as
     # the size per newton metre is one.
@@ -127,17 +112,23 @@ def _shared_orders(
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
     if n_loads < 1:
-        return None
+        return lambda run, loaded: run
     followed = [np.hstack(loads[:n_loads]) for _, loads in made]
     table = np.vstack([run.without_orders(x) for run, x in zip(runs, followed, strict=True)])
     energy = np.sqrt((table**2).sum(axis=0))
     # What every run follows by itself is rounding here.
     counts = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
     if not counts.any():
-        return None
-    values = np.hstack([run.values for run in runs]).T
-    sizes = np.linalg.lstsq(table[:, counts] / energy[counts], values, rcond=_ALIKE)[0]
-    return _SharedOrders(n_loads, counts, energy[counts], np.asarray(sizes, dtype=np.float64))
+        return lambda run, loaded: run
+    values, energy = np.hstack([run.values for run in runs]).T, energy[counts]
+    sizes = np.linalg.lstsq(table[:, counts] / energy, values, rcond=_ALIKE)[0]
+
+    def without(run: RunOffOrders, loaded: Sequence[FloatArray]) -> RunOffOrders:
+        """Run without them; `loaded` are its orders times each load, shape (n, k)."""
+        columns = run.without_orders(np.hstack(loaded[:n_loads]))[:, counts]
+        return replace(run, values=run.values - (columns / energy @ sizes).T)
+
+    return without
 
 
 def _runs_off_orders(
@@ -185,20 +176,16 @@ def _run_off_orders(
     values = np.array([_averaged(row[present], group) for row in gap])
     off_orders = RunOffOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
     shared = _order_waves(phase_angle, followed_orders)
-    return off_orders, [shared * load[:, None] for load in _loads(run, present, group)]
+    # Torque and radial load about their means, in their units, torque first.
+    named = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
+    loads = [_averaged(row[present], group) for row in named]
+    return off_orders, [shared * (_centred(row) * float(np.std(row)))[:, None] for row in loads]
 
 
 def _order_waves(angle: FloatArray, highest: int) -> FloatArray:
     """Orders 0 to the highest of an angle [rad], shape (n, 2 highest + 1)."""
     phase = np.outer(angle, np.arange(1, highest + 1))
     return np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
-
-
-def _loads(run: Run, present: BoolArray, group: int) -> list[FloatArray]:
-    """Torque and radial load about their means in a run, in their units, torque first."""
-    rows = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
-    averaged = [_averaged(row[present], group) for row in rows]
-    return [_centred(row) * float(np.std(row)) for row in averaged]
 
 
 def _averaged(values: FloatArray, group: int) -> FloatArray:
@@ -313,6 +300,10 @@ class OffOrderLine:
         """Whether it is an order above half the samples of a turn, the only whole number."""
         return self.is_order and float(self.position).is_integer()
 
+    def order(self, speed: float) -> float:
+        """Order at a speed [turns/s]."""
+        return self.position if self.is_order else self.position / speed
+
 
 @dataclass(frozen=True, eq=False)
 class OffOrders:
@@ -340,8 +331,8 @@ def off_orders(campaign: Campaign) -> OffOrders:
     """
     numbers, every = _searched(campaign), range(len(campaign.runs))
     made = list(_runs_off_orders(campaign, numbers))
-    shared = _shared_orders(made)
-    runs = tuple(shared.without(*one) if shared else one[0] for one in made)
+    without_shared = _without_shared(made)
+    runs = tuple(without_shared(*one) for one in made)
     speeds = {run.name: run.speed for run in runs}
     fast = _unresolved_order(runs)
     chosen: list[_Line] = [(float(fast), True, 0.0)] if fast else []
@@ -357,8 +348,7 @@ def off_orders(campaign: Campaign) -> OffOrders:
         return OffOrders(campaign, speeds, (), ())
     all_runs: Iterable[RunOffOrders] = runs
     if len(numbers) < len(every):
-        others = _runs_off_orders(campaign, every)
-        all_runs = (shared.without(*one) if shared else one[0] for one in others)
+        all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, every))
     # Lines that stay are fitted anew without the others.
     fitted, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
     in_turn = iter(fitted)
@@ -425,11 +415,9 @@ def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
 
 def _is_an_order(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> bool:
     """Whether a line is nearer to an order than every run resolves."""
-    for run in runs:
-        order = position if is_order else position / run.speed
-        if abs(order - round(order)) * float(run.turns[-1] - run.turns[0]) > 1.0:
-            return False
-    return True
+    orders = [position if is_order else position / run.speed for run in runs]
+    pairs = zip(orders, runs, strict=True)
+    return all(abs(n - round(n)) * float(run.turns[-1] - run.turns[0]) <= 1.0 for n, run in pairs)
 
 
 def _refined(
@@ -517,7 +505,7 @@ def _bands(
 ) -> tuple[tuple[int, ...], ...]:
     """Lines that are one motion: near to one another, in the same sensors."""
     speed = float(np.mean(list(speeds.values())))
-    orders = [line.position if line.is_order else line.position / speed for line in lines]
+    orders = [line.order(speed) for line in lines]
     power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
     bands: list[list[int]] = []
     for k in sorted(range(len(lines)), key=lambda k: -power[k]):
@@ -553,11 +541,8 @@ def _motion(
         frame, label = ALIASED, f"{first.position:.0f}X"
     squares = sum(0.5 * np.abs(line.amplitudes) ** 2 for line in lines)
     is_shown = np.abs(first.amplitudes).max(axis=1) > 4.0 * first.errors.max(axis=1)
-    bands = [
-        line.position * (speed if line.is_order else 1.0)
-        for line in lines
-        for speed in speeds.values()
-    ]
+    pairs = product(lines, speeds.values())
+    bands = [line.position * (speed if line.is_order else 1.0) for line, speed in pairs]
     return OffOrderMotion(
         id=f"{frame}/{label}",
         label=label,

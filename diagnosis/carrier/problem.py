@@ -356,10 +356,6 @@ class CarrierProblem(ComparisonProblem):
         of_drawing = [bool(body_of_effect(p.effect)) for p in self.parameters(effects)]
         return DERIVATIVE_STD * np.diag(theta)[of_drawing]
 
-    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """Zero: the signals are a closed form."""
-        return 0.0
-
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warnings where records leave the loads at which a law of a file was measured."""
         return beyond_visited(law, self.records, self.model.runs)
@@ -568,9 +564,8 @@ def _by_drawing(
     contained = [curve_error_effect(curves["delta_f"], n_planets, std, radial=radial)]
     rho_f = f"{FLEXIBLE_PINS.id}.rho_f"
     if rho_f not in fixed:
-        fixed[rho_f] = KnownValue(1.0, 0.0)
+        fixed |= {rho_f: KnownValue(1.0, 0.0), f"{PIN_FIT}.w": KnownValue(0.5, 0.5)}
         contained.append(pin_fit_effect(curves))
-        fixed[f"{PIN_FIT}.w"] = KnownValue(0.5, 0.5)
         if STIFF_PINS.id in campaign.baseline.effects:
             contained.append(bond_effect(curves))
             fixed[f"{BOND}.b"] = KnownValue(0.5, 0.5)
@@ -657,8 +652,8 @@ def _steady_runs(
 def _refuse_silent_channels(campaign: Campaign) -> None:
     """Refuse channels that say nothing."""
     for channel in campaign.channels:
-        values = [run.signals[channel.name] for run in campaign.runs]
-        measured = [signal[np.isfinite(signal)] for signal in values]
+        signals = [run.signals[channel.name] for run in campaign.runs]
+        measured = [signal[np.isfinite(signal)] for signal in signals]
         if not any(signal.size for signal in measured):
             raise ValueError(
                 f"channel {channel.name}: every sample of every run is missing; expected a "

@@ -1,8 +1,7 @@
-"""How far the gap shrinks on held-out records: accepted laws with intervals, given laws in turn."""
+"""How far the gap shrinks on held-out records by the accepted laws, with intervals."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,6 @@ from carrierflex.diagnosis.inference.law_fits import (
     LawFits,
     explained_share,
     fold_thetas,
-    law_fits,
 )
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
@@ -30,7 +28,7 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
-from carrierflex.diagnosis.inference.thresholds import INTERVAL, Thresholds
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.resampling import two_level_counts
 
@@ -213,41 +211,3 @@ def _validation(
         squares = np.maximum([*coherent, numerical**2 + noise], 0.0)
         rows.append(RunValidation(run, *np.sqrt(squares).tolist()))
     return tuple(rows)
-
-
-@dataclass(frozen=True, eq=False)
-class EffectsInTurn:
-    """What every effect of a list is worth on held-out records."""
-
-    effects: Effects  # Effect ids in the order they are added; n_effects
-    #: Held-out RMS: baseline, then after each addition, in the unit of the channels, shape
-    #: (n_effects + 1,)
-    rms: FloatArray
-    rms_alone: FloatArray  # Held-out RMS of the baseline and one effect, shape (n_effects,)
-    #: Share of the mean square above the noise floor that is explained, shape (n_effects + 1,)
-    phi: FloatArray
-    noise_floor: float  # RMS that no model can go below
-
-    @property
-    def rho(self) -> FloatArray:
-        """RMS over the baseline's, shape (n_effects + 1,)."""
-        return self.rms / self.rms[0]
-
-
-def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score effects on held-out records, each added in turn and each alone."""
-    unknown = [effect for effect in effects if effect not in problem.cards]
-    if unknown:
-        raise ValueError(
-            f"effects {', '.join(unknown)}; expected candidates of the problem: "
-            f"{', '.join(problem.cards)}"
-        )
-    search = law_fits(problem, Thresholds())
-    squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
-    return EffectsInTurn(
-        effects=tuple(effects),
-        rms=np.sqrt(squares),
-        rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
-        phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
-        noise_floor=float(np.sqrt(search.floor)),
-    )

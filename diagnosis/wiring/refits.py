@@ -109,6 +109,8 @@ RADIAL_LOADS = ("ntl_y", "ntl_z")
 LOADS = ("torque", *RADIAL_LOADS)
 #: Share of the gap that a fault must explain whose size is fitted, or that leaves records out.
 NEARLY_ALL = 0.9
+#: Share of the gap by which one that explains less is still as good.
+AS_GOOD = 0.03
 
 
 @dataclass(frozen=True)

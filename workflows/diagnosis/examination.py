@@ -113,9 +113,14 @@ class ExaminedCampaign:
 
     def checked(self, compared: Diagnosis, findings: Sequence[CampaignWarning] = ()) -> Diagnosis:
         """A diagnosis of these records with what does not look right in them."""
-        # The nearest law of a class may be one that no simulator has.
-        laws = tuple(law for law in compared.likely_laws if law in self.problem.cards)
-        answer = None if compared.attribution.effects else compared.classes
+        # Laws that are named, nearest to a named class, or in the best set that was tried. The
+        # nearest law of a class may be one that no simulator has.
+        which, classes = compared.attribution, compared.classes
+        nearest = [finding.law for finding in classes.classes] if classes else []
+        best = [law for ranked in which.ranking[:1] for law in ranked.effects]
+        likely = dict.fromkeys((*which.effects, *nearest, *best))
+        laws = tuple(law for law in likely if law in self.problem.cards)
+        answer = None if which.effects else classes
         shapes = answer.shapes if answer else ()
         baseline = self.baseline(compared.baseline, laws, shapes)
         reduction = compared.reduction
