@@ -30,6 +30,7 @@ from carrierflex.diagnosis.inference.planning.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Columns whose square is below this share of the largest do not act.
 _ABSENT = 1e-24
@@ -42,15 +43,6 @@ class Signature:
     effect: str  # Effect id
     variant: tuple[float, ...]  # Shape or channel; empty without
     columns: tuple[int, ...]  # Numbers of the columns in the table
-
-
-@dataclass(frozen=True)
-class ScaledParameter:
-    """What an amplitude is called, in which unit, and the size of it that is worth noticing."""
-
-    name: str
-    unit: str
-    scale: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +61,7 @@ class PlannedTable:
     #: nothing is, infinite where its value is known, shape (n_base,)
     known: FloatArray
     signatures: tuple[Signature, ...]  # Columns by effect and variant
-    parameters: Mapping[str, ScaledParameter]  # First amplitude of every effect
+    parameters: Mapping[str, FitParameter]  # First amplitude of every effect
     runs: IntArray  # Run of every part
     channels: IntArray  # Channel of every part
     n_samples: FloatArray  # Samples of every part, shape (n_parts,)
