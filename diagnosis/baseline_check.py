@@ -14,7 +14,12 @@ from scipy.ndimage import median_filter
 from carrierflex.diagnosis.classes.results import MEASURED
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
+from carrierflex.diagnosis.inference.effect_fit import (
+    ON_BOUND,
+    EffectFit,
+    fit_effects,
+    mean_square_left,
+)
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -107,8 +112,6 @@ _FEWEST_STEPS = 3.0
 _SMALLEST_GAIN = 0.02
 #: The same in standard deviations of the calibration, where the channel declares `gain_std`.
 _OF_CALIBRATION = 3.0
-#: Distance from a bound in scales of the parameter that is on it.
-_ON_BOUND = 1e-6
 #: Standard deviations of a declared value from which the records contradict it.
 _CONTRADICTS = 3.0
 #: Samples of all channels up to which records with all their columns are held: 160 MB.
@@ -644,7 +647,7 @@ def _is_at_bound(fit: EffectFit, k: int) -> bool:
     parameter, value = fit.parameters[k], float(fit.theta[k])
     if not parameter.is_free:
         return False
-    near = _ON_BOUND * parameter.scale
+    near = ON_BOUND * parameter.scale
     return value <= parameter.lower + near or value >= parameter.upper - near
 
 

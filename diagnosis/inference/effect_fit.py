@@ -31,7 +31,7 @@ from carrierflex.identification.estimation.several_starts import (
 )
 
 #: Distance from a bound, in scales of the parameter, that counts as on it.
-_ON_BOUND = 1e-6
+ON_BOUND = 1e-6
 _STOP_RULE = StopRule()
 
 
@@ -171,7 +171,7 @@ def fit_effects(
         # The most promising start led astray; the warm start cannot.
         theta, cost, sums = cost_of.minimised(candidates[0])
     parameters = problem.parameters(effects)
-    margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
+    margin = np.array([ON_BOUND * parameter.scale for parameter in parameters])
     bounds = Bounds(*bounds_of(parameters))
     is_limit = np.array([parameter.may_reach_lower for parameter in parameters], dtype=bool)
     is_limit &= theta <= bounds.lower + margin
