@@ -14,7 +14,12 @@ from scipy.ndimage import median_filter
 from carrierflex.diagnosis.classes.results import MEASURED
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
+from carrierflex.diagnosis.inference.effect_fit import (
+    ON_BOUND,
+    EffectFit,
+    fit_effects,
+    mean_square_left,
+)
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -47,24 +52,13 @@ from carrierflex.diagnosis.wiring.linear_records import (
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
 from carrierflex.diagnosis.wiring.lone_channels import lone_rivals, run_of_largest_motion
 from carrierflex.diagnosis.wiring.refits import (
-    AC_COUPLED,
-    CHANNEL,
-    CHANNEL_GAIN,
-    CHANNEL_ZERO,
-    CLOCK_SHIFT,
-    COPIED_CHANNEL,
-    FILTERED_CHANNEL,
-    LOAD_NOISE,
+    AS_GOOD,
     LONE_CHANNEL,
     NEARLY_ALL,
     OF_NO_KIND,
-    RECTIFIED,
-    RUN,
-    RUN_VARIATION,
     SMALLEST_DRIFT,
-    UNIT,
-    WRAPPED,
     ClockDrift,
+    Fault,
     GapSquare,
     PredictedRecord,
     WiringChecks,
@@ -73,8 +67,8 @@ from carrierflex.diagnosis.wiring.refits import (
     drifting_clocks,
     exchanged_runs,
     fault_words,
+    put_back,
     refitted_clock,
-    without_delay,
 )
 from carrierflex.diagnosis.wiring.spoilt_readings import (
     jittered_samples,
@@ -84,6 +78,7 @@ from carrierflex.diagnosis.wiring.spoilt_readings import (
 )
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import (
@@ -91,7 +86,13 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     key_of,
     sample_of,
 )
-from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
+from carrierflex.identification.campaign_check.tones import (
+    FEWEST_SAMPLES,
+    STANDS_OUT,
+    SURROUNDINGS,
+    answers_few_lines,
+    turns_with_the_shaft,
+)
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
 from carrierflex.simulation.laws import Law
 
@@ -103,8 +104,6 @@ _GAP_BESIDE = 2.0
 _BESIDE_SHAPES = 0.7
 #: Share of the gap above the floor that a wiring must explain to be told.
 _REPORTED = 0.5
-#: Share by which it may explain less than what is named and still be as good.
-_AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
@@ -113,8 +112,6 @@ _FEWEST_STEPS = 3.0
 _SMALLEST_GAIN = 0.02
 #: The same in standard deviations of the calibration, where the channel declares `gain_std`.
 _OF_CALIBRATION = 3.0
-#: Distance from a bound in scales of the parameter that is on it.
-_ON_BOUND = 1e-6
 #: Standard deviations of a declared value from which the records contradict it.
 _CONTRADICTS = 3.0
 #: Samples of all channels up to which records with all their columns are held: 160 MB.
@@ -123,20 +120,16 @@ _MOST_HELD = 1_000_000
 _Linear = Callable[[], Iterable[LinearRecord]]
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
-#: Effect that a moved clock looks like, and the word for it in the ids of classes.
-_SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 #: What a channel that is left out may have, which laws of the library are too.
-_CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
-#: End of the names of classes that are matrices: stiffness, loads, sensors.
-_MAP = "_map"
+_CHANNELS = (Fault.CHANNEL, Fault.CHANNEL_GAIN, Fault.CHANNEL_ZERO)
 #: What may be the same as any cause that acts in some runs, or grows with them.
-_BY_RUN = (RUN, RUN_VARIATION)
+_BY_RUN = (Fault.RUN, Fault.RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults; then those that are certain, where
 #: what a refit explains is not.
-_OF_RECORDS = (("unit", UNIT), ("detrended", AC_COUPLED))
+_OF_RECORDS = (("unit", Fault.UNIT), ("detrended", Fault.AC_COUPLED))
 _COPIED = "copied_channel"
 _CERTAIN = (
-    (_COPIED, COPIED_CHANNEL), ("wrapped", WRAPPED), ("rectified", RECTIFIED),
+    (_COPIED, Fault.COPIED_CHANNEL), ("wrapped", Fault.WRAPPED), ("rectified", Fault.RECTIFIED),
 )  # fmt: skip
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
@@ -146,24 +139,22 @@ _OF_CHANNELS = ("channel/", "sensor_")
 class BaselineCheck:
     """Findings with the baseline, and rivals of what is named with the share that they explain."""
 
-    warnings: tuple[CampaignWarning, ...]
+    findings: tuple[CampaignWarning, ...]  # Without those of the rivals
     rivals: tuple[tuple[WiringRival, float], ...]
     largest_run: str = ""  # Run that moves most: what grows with the motion is largest there
     #: Faults that explain half of the gap by themselves and not nearly all: beside a class they may
     half: tuple[WiringRival, ...] = ()
 
+    @property
+    def warnings(self) -> tuple[CampaignWarning, ...]:
+        """Findings, then those of the rivals."""
+        return (*self.findings, *(_wiring_warning(*pair) for pair in self.rivals))
+
     def with_rival(self, rival: WiringRival, share: float) -> "BaselineCheck":
-        """The same with a rival and its finding in the place of those of the same fault."""
-        if share < _REPORTED:
-            return self
+        """The same with a rival in the place of that of the same fault."""
         fault = (rival.id, rival.about)
-        warnings = [one for one in self.warnings if (one.id, one.about) != fault]
-        rivals = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
-        return replace(
-            self,
-            warnings=(*warnings, _wiring_warning(rival, share)),
-            rivals=(*rivals, (rival, share)),
-        )
+        others = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
+        return self if share < _REPORTED else replace(self, rivals=(*others, (rival, share)))
 
 
 def checked_baseline(
@@ -202,7 +193,7 @@ def checked_baseline(
     # None of another simulator's prediction: it stands as it is.
     if records:
         gap = GapSquare(before, floor)
-        enough = gap.remaining(1.0 - _AS_GOOD)
+        enough = gap.remaining(1.0 - AS_GOOD)
         late = [refitted_clock(campaign, guess, wiring.refitted, enough) for guess in wiring.late()]
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
@@ -220,7 +211,7 @@ def checked_baseline(
             else:
                 for law in laws:
                     tried += _rivals_with_laws(problem, campaign, wiring, (law,), floor)
-        if LOAD_NOISE not in [rival.id for rival in tried]:
+        if Fault.LOAD_NOISE not in [rival.id for rival in tried]:
             warnings += unfollowed_loads(linear(), campaign)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
@@ -238,23 +229,18 @@ def checked_baseline(
         return (stated - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0
 
     shares = [(rival, share_of(rival)) for rival in tried]
-    half: tuple[WiringRival, ...] = ()
-    if max((share for _, share in shares), default=0.0) < 1.0 - _AS_GOOD:
-        half = tuple(
-            rival
-            for rival in (*tried, *untold)
-            if rival.corrected and rival.id not in OF_NO_KIND and not rival.laws
-            if share_of(rival) >= _REPORTED
-        )
+    half = [one for one in (*tried, *untold) if one.corrected and not one.laws]
+    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= _REPORTED]
+    if max((share for _, share in shares), default=0.0) >= 1.0 - AS_GOOD:
+        half = []
     # Of one fault the first model that explains it: a further law must explain more.
     best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
     for rival, share in shares:
         key = (rival.id, rival.about)
-        if key not in best or share > best[key][1] + _AS_GOOD:
+        if key not in best or share > best[key][1] + AS_GOOD:
             best[key] = (rival, share)
-    rivals = tuple((rival, share) for rival, share in best.values() if share >= _REPORTED)
-    warnings += [_wiring_warning(rival, share) for rival, share in rivals]
-    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), half)
+    rivals = tuple(pair for pair in best.values() if pair[1] >= _REPORTED)
+    return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
 
 
 def _rivals_with_laws(
@@ -276,7 +262,7 @@ def _rivals_with_laws(
     of_fit = _sized_rivals(linear, checks, campaign, gap)
     for rival in (*of_fit, *_unsized_rivals(linear, checks, campaign, gap)):
         # The size of a load's noise is read above its band and not fitted.
-        if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
+        if rival.id == Fault.LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
@@ -301,14 +287,11 @@ def _unsized_rivals(
     spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
     # Either is white noise too.
     yield from spoilt or noisier_readings(linear(), campaign, gap)
-    line = sample_of(campaign.runs[0].file, 0)
-    faults = [*held_inputs(campaign)]
+    for fault in held_inputs(campaign):
+        yield fault.by(wiring.refitted)
     if wiring.has_cheap_refits:
-        faults += load_faults(campaign)
-    for fault in faults:
-        corrected = fault.corrected
-        square = wiring.refitted(corrected)
-        yield WiringRival(fault.id, fault.about, fault.text, square, line, corrected=corrected)
+        for fault in load_faults(campaign):
+            yield fault.by(wiring.refitted)
 
 
 def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> _Linear:
@@ -321,17 +304,13 @@ def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray)
 
 def _drifting(
     linear: Iterable[LinearRecord], campaign: Campaign, before: float
-) -> tuple[WiringRival, ...]:
+) -> Iterator[WiringRival]:
     """Drifting clocks as rivals, fitted together with a baseline that can be made linear."""
     runs = {run.name: run for run in campaign.runs}
-    rivals = []
-    for drift in drifting_runs(linear) or ():
+    for drift in drifting_runs(linear):
         run = runs[drift.run]
-        step = mean_step(run.time)
-        if abs(drift.seconds) > SMALLEST_DRIFT * step:
-            remaining = before * (1.0 - drift.explained)
-            rivals.append(clock_rival(run.name, drift.seconds, remaining, run.file))
-    return tuple(rivals)
+        if abs(drift.seconds) > SMALLEST_DRIFT * mean_step(run.time):
+            yield clock_rival(run, drift.seconds, before * (1.0 - drift.explained))
 
 
 def with_findings(
@@ -342,65 +321,59 @@ def with_findings(
     "aliased" where a wiring is as good as what is named; where nothing is named, a wiring that
     explains most of the gap is the reason.
     """
-    # Values by run take something of any cause.
-    baseline = replace(
-        baseline,
-        warnings=tuple(
-            warning
-            for warning in baseline.warnings
-            if warning.id not in _BY_RUN
-            or warning.figure >= _least_share(warning, diagnosis, baseline.largest_run)
-            or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
-        ),
-    )
-    baseline = _without_explained(baseline, diagnosis)
+    least = _least_shown(baseline, diagnosis)
+    shown = [
+        (rival, share)
+        for rival, share in baseline.rivals
+        if share >= least or _is_beside(rival, diagnosis)
+        # Values by run take something of any cause.
+        if rival.id not in _BY_RUN
+        or share >= _least_share(rival, diagnosis, baseline.largest_run)
+        or (rival.id == Fault.RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
+    ]
     # The baseline says which of two channels is the copy. Of faults that explain as much the kind
     # comes first; all others stay in their order.
-    copies = {warning.about for warning in baseline.warnings if warning.id == COPIED_CHANNEL}
-    ranked = sorted(
-        (
-            *(
-                one
-                for one in records
-                if one.check != _COPIED or not copies.intersection(one.about.split(", "))
-            ),
-            *baseline.warnings,
-        ),
-        key=lambda warning: (
-            _AS_GOOD * (warning.id in OF_NO_KIND) - warning.figure
-            if warning.check == _WIRING
-            else 0.0
-        ),
-    )
-    diagnosis = replace(diagnosis, warnings=tuple(ranked))
+    copies = {rival.about for rival, _ in shown if rival.id == Fault.COPIED_CHANNEL}
+    of_records = [
+        one
+        for one in records
+        if one.check != _COPIED or not copies.intersection(one.about.split(", "))
+    ]
+
+    def rank(finding: CampaignWarning) -> float:
+        behind = AS_GOOD * (finding.id in OF_NO_KIND)
+        return behind - finding.figure if finding.check == _WIRING else 0.0
+
+    warnings = (*of_records, *replace(baseline, rivals=tuple(shown)).warnings)
+    diagnosis = replace(diagnosis, warnings=tuple(sorted(warnings, key=rank)))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     is_open = diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)
     is_open = is_open or diagnosis.reason_id == FLOOR_UNKNOWN
     if reduction is None or not (is_named or is_open):
         return diagnosis
-    likely = sorted(baseline.rivals, key=_most_likely)
+    # Kinds of faults first, the largest share first.
+    likely = sorted(baseline.rivals, key=lambda pair: (pair[0].id in OF_NO_KIND, -pair[1]))
     # What explains less than all that is named with a fault beside it is no alternative to that.
     most_beside = _most_beside(baseline, diagnosis)
     rivals = [
         (rival, share)
         for rival, share in likely
-        if share
-        >= max(_least_share(rival, diagnosis, baseline.largest_run), most_beside - _AS_GOOD)
+        if share >= max(_least_share(rival, diagnosis, baseline.largest_run), most_beside - AS_GOOD)
         and not _is_beside(rival, diagnosis)
     ]
     as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
     with_fault = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if with_fault and with_fault[0][1] > explained + min(_AS_GOOD, _REPORTED * (1.0 - explained)):
+    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, _REPORTED * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*with_fault[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if diagnosis.verdict != AT_NOISE_FLOOR:
-        of_records = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
+        explaining = {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
         certain = {fault: texts[check] for check, fault in _CERTAIN if check in texts}
-        as_good = certain | as_good | of_records
+        as_good = certain | as_good | explaining
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
         # What a corrected record explains is no noise.
@@ -414,14 +387,14 @@ def with_findings(
     aliases = [(*others, *as_good)] if as_good else []
     delays = _named_delays(diagnosis)
     if delays and "clock_shift" in texts:
-        as_good[CLOCK_SHIFT] = texts["clock_shift"]
-        aliases.append((*delays, CLOCK_SHIFT))
+        as_good[Fault.CLOCK_SHIFT] = texts["clock_shift"]
+        aliases.append((*delays, Fault.CLOCK_SHIFT))
     if not as_good:
         return diagnosis
     return replace(
         diagnosis,
         verdict=ALIASED,
-        reason_id=next((name for name in as_good if name != CLOCK_SHIFT), ""),
+        reason_id=next((name for name in as_good if name != Fault.CLOCK_SHIFT), ""),
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
@@ -444,31 +417,20 @@ def _named(diagnosis: Diagnosis) -> dict[str, str]:
     return {law: law for law in laws} or {name: MEASURED + name for name in diagnosis.class_ids}
 
 
-def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
-    """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in OF_NO_KIND, -rival[1]
-
-
-def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> BaselineCheck:
-    """Findings without faults that explain less than what is named, where that leaves but noise.
+def _least_shown(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
+    """Share that a fault must explain to be a finding: of what is named, if that leaves but noise.
 
     By itself, or with a fault beside it.
     """
     reduction = diagnosis.reduction
     # Which sensor an error of the sensors is of, its finding says.
     if reduction is None or any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
-        return baseline
+        return 0.0
     most = _most_beside(baseline, diagnosis)
     is_named = diagnosis.verdict in (NAMED, CLASS_NAMED)
     if is_named and reduction.floor_multiple <= Thresholds().near_floor:
         most = max(most, min(reduction.phi, 1.0))
-    explained = {
-        (rival.id, rival.about)
-        for rival, share in baseline.rivals
-        if not _is_beside(rival, diagnosis) and share < most - _AS_GOOD
-    }
-    warnings = [one for one in baseline.warnings if (one.id, one.about) not in explained]
-    return replace(baseline, warnings=tuple(warnings))
+    return most - AS_GOOD
 
 
 def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
@@ -477,9 +439,7 @@ def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
     return max(shares, default=0.0)
 
 
-def _least_share(
-    finding: WiringRival | CampaignWarning, diagnosis: Diagnosis, largest_run: str
-) -> float:
+def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -> float:
     """Share of the gap that a fault must explain to be an alias of what is named, or the reason.
 
     A cause that acts in the run of the largest motion alone goes with that run too, one that grows
@@ -492,21 +452,22 @@ def _least_share(
     if diagnosis.reduction is None or not is_named:
         return _REPORTED
     far = diagnosis.reduction
-    if fault == FILTERED_CHANNEL:
+    if fault == Fault.FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
         floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
         most = max(far.rms_after**2, floor) * Thresholds().remainder ** 2
         return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
     named = (*diagnosis.attribution.effects, *diagnosis.class_ids)
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
-        # One channel is less to believe than a map of every signal on every other.
-        return min(NEARLY_ALL, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
-    explained = min(diagnosis.reduction.phi, 1.0)
-    if fault == RUN and finding.about != largest_run:
+    explained = min(far.phi, 1.0)
+    if fault in LONE_CHANNEL and all(name.endswith("_map") for name in named):
+        # One channel is less to believe than a map of every signal on every other: stiffness,
+        # loads, sensors.
+        return min(NEARLY_ALL, explained - AS_GOOD)
+    if fault == Fault.RUN and finding.about != largest_run:
         return 1.0 - _REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
-    return explained + (_AS_GOOD if is_same else -_AS_GOOD)
+    return explained + (AS_GOOD if is_same else -AS_GOOD)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
@@ -518,9 +479,9 @@ def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
 
 def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Laws, or classes where no law is named, that are a delay of the signals."""
-    if _SENSOR_DELAY in diagnosis.attribution.effects:
-        return (_SENSOR_DELAY,)
-    return tuple(name for name in diagnosis.class_ids if _DELAY in name.split("/"))
+    if "sensor_delay" in diagnosis.attribution.effects:
+        return ("sensor_delay",)
+    return tuple(name for name in diagnosis.class_ids if "delay" in name.split("/"))
 
 
 def _unchecked(why: str) -> CampaignWarning:
@@ -558,7 +519,8 @@ def _late(
     for late in late_signals(wiring.linear(theta)):
         if abs(late.seconds) <= smallest:
             continue
-        if not late.run and wiring.refitted(without_delay(campaign, late.seconds)) > gap:
+        corrected = put_back(campaign, [ClockDrift("", late.seconds, 0.0)])
+        if not late.run and wiring.refitted(corrected) > gap:
             continue
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
         yield _delay_warning(late.run, late.seconds, sure)
@@ -615,11 +577,9 @@ def _drifting_by_steps(
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
     runs = {run.name: run for run in campaign.runs}
     for clock, remaining in late:
-        if not clock.run:
-            continue
-        run = runs[clock.run]
-        if max(abs(clock.delay), abs(clock.growth)) > SMALLEST_DRIFT * mean_step(run.time):
-            yield clock_rival(run.name, clock.growth, remaining, run.file, delay=clock.delay)
+        run, size = runs.get(clock.run), max(abs(clock.delay), abs(clock.growth))
+        if run is not None and size > SMALLEST_DRIFT * mean_step(run.time):
+            yield clock_rival(run, clock.growth, remaining, delay=clock.delay)
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
@@ -687,7 +647,7 @@ def _is_at_bound(fit: EffectFit, k: int) -> bool:
     parameter, value = fit.parameters[k], float(fit.theta[k])
     if not parameter.is_free:
         return False
-    near = _ON_BOUND * parameter.scale
+    near = ON_BOUND * parameter.scale
     return value <= parameter.lower + near or value >= parameter.upper - near
 
 
@@ -711,9 +671,6 @@ def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[Campaign
 _FEW, _MOST_OF_THE_GAP = 0.02, 0.5
 #: Size of a lone sample over the median size in its channel, and over its two neighbours.
 _FAR, _ALONE = 10.0, 3.0
-#: A line's power over the median of its surroundings, and the half width of these in lines.
-_STANDS_OUT, _SURROUNDINGS = 60.0, 40
-_FEWEST_SAMPLES = 256
 #: Runs that must show a tone; its largest amplitude over its smallest, and the same of the signals,
 #: which tell a tone that is there by itself from one that grows with the load.
 _IN_RUNS = 0.6
@@ -730,33 +687,26 @@ def _residual_findings(
     # Beside a signal three thousand times the noise a tone of ten floors, or a sample that repeats
     # the one before, is no more to be seen than the gap itself.
     runs = {run.name: run for run in campaign.runs}
-    files = {run.name: run.file for run in campaign.runs}
     for c, channel in enumerate(campaign.channels):
-        residuals = {
-            record.run: record.measured[:, c] - record.predicted[:, c] for record in records
-        }
-        known = np.concatenate([values[np.isfinite(values)] for values in residuals.values()])
+        of_channel = [
+            replace(one, measured=one.measured[:, c], predicted=one.predicted[:, c])
+            for one in records
+        ]
+        known = np.concatenate([one.residual[np.isfinite(one.residual)] for one in of_channel])
         above = float(np.sum(known**2)) - floor * known.size
-        if above <= 0.0:
-            continue
-        yield from _lone_samples(channel.name, channel.unit, residuals, files, above)
-        yield from _steady_tone(channel.name, channel.unit, c, residuals, records, runs, above)
+        if above > 0.0:
+            yield from _lone_samples(channel, of_channel, runs, above)
+            yield from _steady_tone(channel, of_channel, runs, above)
 
 
 def _lone_samples(
-    channel: str,
-    unit: str,
-    residuals: Mapping[str, FloatArray],
-    files: Mapping[str, str],
-    above: float,
+    channel: Channel, records: Sequence[PredictedRecord], runs: Mapping[str, Run], above: float
 ) -> Iterator[CampaignWarning]:
     """Few samples, each far beyond its neighbours, that make most of the gap of a channel."""
-    count = 0
-    size = 0
-    square = 0.0
+    count, size, square = 0, 0, 0.0
     worst = ("", 0, 0.0)
-    for run, residual in residuals.items():
-        values = np.abs(np.where(np.isfinite(residual), residual, 0.0))
+    for record in records:
+        values = np.abs(np.where(np.isfinite(record.residual), record.residual, 0.0))
         neighbours = np.maximum(values[:-2], values[2:])
         middle = values[1:-1]
         typical = float(np.median(values[values > 0.0])) if values.any() else 0.0
@@ -766,37 +716,30 @@ def _lone_samples(
         square += float(np.sum(middle[alone] ** 2))
         if alone.any():
             k = int(np.argmax(np.where(alone, middle, 0.0)))
-            worst = max(worst, (run, k + 1, float(middle[k])), key=lambda entry: entry[2])
+            worst = max(worst, (record.run, k + 1, float(middle[k])), key=lambda entry: entry[2])
     if 0 < count <= _FEW * size and square > _MOST_OF_THE_GAP * above:
         run, sample, distance = worst
         yield CampaignWarning(
             "outliers",
-            channel,
+            channel.name,
             f"{count} samples make {min(square / above, 1.0):.0%} of the gap, each alone, the "
-            f"worst {sized(distance, unit)} from the prediction in run {run}",
+            f"worst {sized(distance, channel.unit)} from the prediction in run {run}",
             "leave these cells empty if they are dropouts or spikes of the measuring chain; keep "
             "them if the machine strikes there: several channels at once, or where motion turns",
             float(count),
-            sample_of(files[run], sample),
+            sample_of(runs[run].file, sample),
         )
 
 
 def _steady_tone(
-    channel: str,
-    unit: str,
-    number: int,
-    residuals: Mapping[str, FloatArray],
-    records: Sequence[PredictedRecord],
-    runs: Mapping[str, Run],
-    above: float,
+    channel: Channel, records: Sequence[PredictedRecord], runs: Mapping[str, Run], above: float
 ) -> Iterator[CampaignWarning]:
     """A line at one frequency, as large in runs whose signals are not."""
     shown = []
     for record in records:
-        frequency, amplitude = _strongest_line(record.time, residuals[record.run])
-        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, number, frequency):
-            level = float(np.nanstd(record.measured[:, number]))
-            shown.append((frequency, amplitude, level, record))
+        frequency, amplitude = _strongest_line(record.time, record.residual)
+        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, frequency):
+            shown.append((frequency, amplitude, float(np.nanstd(record.measured)), record))
     if len(shown) < 2:
         return
     typical = float(np.median([entry[0] for entry in shown]))
@@ -805,19 +748,18 @@ def _steady_tone(
         for entry in shown
         if abs(entry[0] - typical) < 2.0 / float(entry[3].time[-1] - entry[3].time[0])
     ]
-    amplitudes = np.array([entry[1] for entry in alike])
-    levels = np.array([entry[2] for entry in alike])
     if len(alike) <= _IN_RUNS * len(records) or len(alike) < 2:
         return
+    amplitudes, levels = np.array([entry[1:3] for entry in alike]).T
     square = sum(0.5 * entry[1] ** 2 * entry[3].time.size for entry in alike)
     is_steady = amplitudes.max() < _STEADY * amplitudes.min()
     if is_steady and levels.max() > _GROWS * levels.min() and square > _OF_THE_GAP * above:
+        size = sized(float(np.median(amplitudes)), channel.unit)
         yield CampaignWarning(
             "tone",
-            channel,
-            f"a tone of {typical:.3f} Hz, amplitude {sized(float(np.median(amplitudes)), unit)}, "
-            f"in {len(alike)} of {len(records)} runs beside the prediction, as large in all of "
-            "them while the signals are not",
+            channel.name,
+            f"a tone of {typical:.3f} Hz, amplitude {size}, in {len(alike)} of {len(records)} "
+            "runs beside the prediction, as large in all of them while the signals are not",
             "look for electrical hum (shield, ground, filter before sampling) or for something "
             "else that vibrates at this frequency",
             typical,
@@ -825,12 +767,11 @@ def _steady_tone(
         )
 
 
-def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency: float) -> bool:
+def _is_of_the_machine(run: Run, record: PredictedRecord, frequency: float) -> bool:
     """Whether a line is an order of the shaft, or of a drive or its harmonics."""
-    residual = record.measured[:, number] - record.predicted[:, number]
-    known = np.isfinite(residual)
+    known = np.isfinite(record.residual)
     time = run.time - run.time[0]
-    level = np.interp(time, record.time[known] - record.time[0], residual[known])
+    level = np.interp(time, record.time[known] - record.time[0], record.residual[known])
     if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
         return True
     drives = [drive for name, drive in run.inputs.items() if name != "carrier_angle"]
@@ -840,17 +781,16 @@ def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency
 def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
     """Frequency [Hz] and amplitude of the line that stands out most; zero where none does."""
     present = np.isfinite(residual)
-    if np.count_nonzero(present) < _FEWEST_SAMPLES:
+    if np.count_nonzero(present) < FEWEST_SAMPLES:
         return 0.0, 0.0
-    first, last = np.flatnonzero(present)[[0, -1]]
-    span = slice(int(first), int(last) + 1)
+    span = slice(np.argmax(present), present.size - np.argmax(present[::-1]))
     level = np.interp(time[span], time[present], residual[present])
     window = np.hanning(level.size)
     power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    surroundings = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    surroundings = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
     power[:4] = 0.0
     k = int(np.argmax(power))
-    if power[k] <= _STANDS_OUT * surroundings[k] or k == power.size - 1:
+    if power[k] <= STANDS_OUT * surroundings[k] or k == power.size - 1:
         return 0.0, 0.0
     step = mean_step(time[span])
     # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.

@@ -19,7 +19,6 @@ from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scal
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.law_fits import (
-    HeldOut,
     LawFits,
     Selection,
     candidate_sets,
@@ -41,7 +40,6 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
     NamedValue,
-    Rejection,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
@@ -89,16 +87,12 @@ def diagnose(
         Called with each step, for progress.
     executor : Executor, optional
         Where sets of laws that do not wait for each other are fitted; None in this process.
-
-    Returns
-    -------
-    Diagnosis
-        Verdict with everything behind it.
     """
     limits = thresholds or Thresholds()
     missing = _missing(problem, limits)
     if missing:
-        return _not_diagnosable(campaign, kind, problem.unit, missing)
+        attribution = Attribution((), discriminating_experiment=missing)
+        return Diagnosis(campaign, kind, NOT_DIAGNOSABLE, missing, problem.unit, attribution)
     note("classes")
     answer = problem.class_answer()
     fits = law_fits(problem, limits, note, executor)
@@ -126,14 +120,16 @@ def diagnose(
     judged = _with_unknown_floor(
         judged,
         problem,
-        float(fits.score(()).square.sum()),
+        float(fits.score(()).sum()),
         most=limits.most_coloured,
         floor_is_measured=floor_is_measured,
     )
-    before, after = fits.score(()).fit, fits.score(selection.accepted).fit
-    aliases = _aliases(judged, selection)
+    before, after = fits.fit(()), fits.fit(selection.accepted)
     note("separating trials")
     trial = _separating_trial(fits, selection, judged)
+    between = ""
+    if judged.verdict == ALIASED and judged.answer is not None and judged.answer.ties:
+        between = problem.experiment_between((judged.answer.ids, *judged.answer.ties))
     note("pictures")
     return Diagnosis(
         campaign=campaign,
@@ -144,14 +140,14 @@ def diagnose(
         unit=problem.unit,
         attribution=Attribution(
             effects=judged.effects,
-            aliases=aliases,
+            aliases=_aliases(judged, selection),
             parameters={
                 **published.parameters,
                 **_combinations(problem, after, published.covariance),
             },
             alternatives=_alternatives(fits, selection, judged, floor_ratio),
             ranking=selection.ranking,
-            discriminating_experiment=trial or judged.experiment or _between(problem, judged),
+            discriminating_experiment=trial or judged.experiment or between,
             gains=published.gains,
             undetermined=published.undetermined,
         ),
@@ -181,7 +177,7 @@ def _established(
     absent: frozenset[str] = frozenset()
     while True:
         selection = selected(fits, sets, absent, alike)
-        fit = fits.score(selection.accepted).fit
+        fit = fits.fit(selection.accepted)
         published = published_values(problem, fit, floor_ratio=floor_ratio)
         uncertain = {law for law in selection.accepted if _may_be_absent(published, law)}
         if selection.rivals or not uncertain:
@@ -205,7 +201,7 @@ def _may_be_absent(published: PublishedValues, law: str) -> bool:
     )
 
 
-def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:
+def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | str | None:
     """How far the measured shapes of an answer shrink the gap in the simulator."""
     fits.note("measured shapes")
     effects = tuple(
@@ -216,10 +212,9 @@ def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | R
     problem = fits.problem.with_laws(answer.shapes, library) if answer.shapes else None
     if problem is None or not set(effects) <= problem.cards.keys():
         return None
-    baseline: dict[Effects, HeldOut] = {(): fits.score(())}
-    of_shapes = replace(
-        fits, problem=problem, scores=baseline, fits={(): baseline[()].fit}, failed_searches={}
-    )
+    scores: dict[Effects, FloatArray] = {(): fits.score(())}
+    baseline: dict[Effects, EffectFit] = {(): fits.fit(())}
+    of_shapes = replace(fits, problem=problem, scores=scores, fits=baseline, failed_searches={})
     return of_shapes.rejection(effects) or gap_reduction(of_shapes, effects)
 
 
@@ -269,8 +264,7 @@ def _with_unknown_floor(
 
 def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     """What the records lack for a diagnosis; empty where nothing."""
-    runs = dict.fromkeys(segment.run for segment in problem.segments)
-    for run in runs:
+    for run in dict.fromkeys(segment.run for segment in problem.segments):
         samples = sum(segment.n_samples for segment in problem.segments if segment.run == run)
         if samples < limits.fewest_samples:
             return (
@@ -280,8 +274,7 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     if len(problem.segments) < limits.fewest_segments:
         return (
             f"the records hold {len(problem.segments)} blocks to fit and score; expected at least "
-            f"{limits.fewest_segments}: "
-            "a longer record or another run"
+            f"{limits.fewest_segments}: a longer record or another run"
         )
     if not problem.cards:
         return "every effect of the library is in the baseline or excluded; there is no candidate"
@@ -307,14 +300,14 @@ def _combinations(
     problem: ComparisonProblem, fit: EffectFit, covariance: FloatArray
 ) -> Mapping[str, Mapping[str, NamedValue]]:
     """What the records see of causes together, with intervals."""
+
+    def named(value: float, std: float) -> NamedValue:
+        half = NORMAL_95 * std
+        return NamedValue(value, std, "1", (value - half, value + half))
+
     combinations = problem.combinations(fit.effects, fit.theta, covariance)
     return {
-        name: {
-            quantity: NamedValue(
-                value, std, "1", (value - NORMAL_95 * std, value + NORMAL_95 * std)
-            )
-            for quantity, (value, std) in of_class.items()
-        }
+        name: {quantity: named(*pair) for quantity, pair in of_class.items()}
         for name, of_class in combinations.items()
     }
 
@@ -328,9 +321,8 @@ def _alternatives(
     values: dict[str, Mapping[str, NamedValue]] = {}
     for rival in selection.rivals:
         of_rival = published_values(fits.problem, fits.fit(rival), floor_ratio=floor_ratio)
-        for law in rival:
-            if law not in selection.accepted and law in of_rival.parameters:
-                values.setdefault(law, of_rival.parameters[law])
+        further = [law for law in rival if law not in (*selection.accepted, *values)]
+        values |= {law: of_rival.parameters[law] for law in further}
     return values
 
 
@@ -372,7 +364,10 @@ def separating_trial(
     # The first of those that are as good in the order of the trials, not the largest by a hair:
     # the noise of the records does not decide what is recommended.
     text, *others = [trial for trial, ratio in ratios.items() if ratio >= _AS_GOOD * best]
-    names = " from ".join(set_name(effects) for effects in _difference(first, second))
+    # Effects in which the sets differ; the sets themselves where one holds the other.
+    only = [tuple(e for e in first.effects if e not in second.effects)]
+    only += [tuple(e for e in second.effects if e not in first.effects)]
+    names = " from ".join(map(set_name, only if all(only) else (first.effects, second.effects)))
     equivalent = f". Equivalent: {', '.join(others[:_MOST_OTHERS])}" if others else ""
     return (
         f"to distinguish {names}, run {text}; predicted difference {ratios[text]:.1f} times the "
@@ -392,22 +387,6 @@ def _separation(experiment: CandidateExperiment, first: EffectFit, second: Effec
     return float(np.sqrt(mean_square_left(problem, fit)))
 
 
-def _difference(first: EffectFit, second: EffectFit) -> tuple[Effects, Effects]:
-    """Effects in which two sets differ; the sets themselves where one holds the other."""
-    only_first = tuple(effect for effect in first.effects if effect not in second.effects)
-    only_second = tuple(effect for effect in second.effects if effect not in first.effects)
-    if only_first and only_second:
-        return only_first, only_second
-    return first.effects, second.effects
-
-
-def _between(problem: ComparisonProblem, judged: Verdict) -> str:
-    """What distinguishes the tied classes of a verdict; empty where none are."""
-    if judged.verdict != ALIASED or judged.answer is None or not judged.answer.ties:
-        return ""
-    return problem.experiment_between((judged.answer.ids, *judged.answer.ties))
-
-
 def _gap_detail(
     problem: ComparisonProblem, before: EffectFit, after: EffectFit, reduction: GapReduction
 ) -> GapDetail | None:
@@ -415,15 +394,10 @@ def _gap_detail(
     findings = problem.gap_findings((), before.theta)
     if findings is None:
         return None
-    return GapDetail(
-        findings,
-        cell_validations(
-            reduction.cells_before,
-            reduction.cells_after,
-            problem.numerical_error((), before.theta),
-        ),
-        scalar_gaps(problem.scalars((), before.theta), problem.scalars(after.effects, after.theta)),
-    )
+    numerical = problem.numerical_error((), before.theta)
+    cells = cell_validations(reduction.cells_before, reduction.cells_after, numerical)
+    scalars = [problem.scalars(fit.effects, fit.theta) for fit in (before, after)]
+    return GapDetail(findings, cells, scalar_gaps(*scalars))
 
 
 def _signals(
@@ -431,24 +405,5 @@ def _signals(
 ) -> SignalComparison | None:
     """Signals with the baseline and with the accepted laws, where the problem has them."""
     overlays = tuple(problem.overlays((), before.theta))
-    if not overlays:
-        return None
     with_effects = problem.overlays(after.effects, after.theta) if after.effects else ()
-    return SignalComparison(overlays, tuple(with_effects))
-
-
-def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:
-    return Diagnosis(
-        campaign=campaign,
-        kind=kind,
-        verdict=NOT_DIAGNOSABLE,
-        reason=missing,
-        unit=unit,
-        attribution=Attribution(
-            effects=(),
-            aliases=(),
-            parameters={},
-            ranking=(),
-            discriminating_experiment=missing,
-        ),
-    )
+    return SignalComparison(overlays, tuple(with_effects)) if overlays else None

@@ -17,7 +17,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.refits import CLOCK, GapSquare, WiringRival
+from carrierflex.diagnosis.wiring.refits import AS_GOOD, Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -25,9 +25,6 @@ from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 FloatArray = NDArray[np.float64]
 _ABOUT = "columns of the prediction"
-#: Share of the gap by which a fault with fewer classes may explain less, and one with as many must
-#: explain more.
-_AS_GOOD = 0.03
 #: Values of all columns up to which they are moved: 80 MB.
 _MOST_VALUES = 10_000_000
 
@@ -42,24 +39,9 @@ def fault_beside_classes(
 ) -> tuple[WiringRival, float] | None:
     """The fault beside which the classes leave least, with the share that both explain.
 
-    Parameters
-    ----------
-    faults : iterable of WiringRival
-        Faults with the records that are put right.
-    answer : ClassAnswer, optional
-        Classes that the gap of the records as read shows.
-    gap : GapSquare
-        Mean squares of that gap and of the noise.
-    problem_of : callable
-        ``(campaign) -> problem`` of other records of the campaign.
-    explained : float
-        Share of the gap that what is named explains in the simulator.
-
-    Returns
-    -------
-    tuple of (WiringRival, float), optional
-        None where there is no gap, or where beside no fault less remains than the classes leave of
-        the records as read, or as little with fewer classes.
+    None where there is no gap, or where beside no fault less remains than the classes leave of the
+    records as read, or as little with fewer classes. `answer` holds the classes of the `gap` as
+    read; `explained` is the share of it that what is named explains in the simulator.
     """
     before, floor = gap.before, gap.floor
     if not floor < before < np.inf:
@@ -81,7 +63,7 @@ def fault_beside_classes(
     best = min(as_good, key=lambda rival: (len(rival.laws), rival.mean_square))
     remaining = best.mean_square
     is_simpler = len(best.laws) < n_classes
-    clearly = _AS_GOOD * (before - floor)
+    clearly = AS_GOOD * (before - floor)
     is_better = equal * remaining < as_read and as_read - remaining > clearly
     is_as_good = remaining < equal * as_read and remaining - as_read < clearly
     if not (is_better or (is_simpler and is_as_good)):
@@ -112,15 +94,7 @@ def _compared_anew(
 def late_columns(campaign: Campaign) -> Iterator[WiringRival]:
     """Columns of another simulator put back by some whole steps of time; none of a model.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records with the prediction of another simulator.
-
-    Yields
-    ------
-    WiringRival
-        None where the columns are less than half a step off or too many to be moved.
+    None where the columns are less than half a step off or too many to be moved.
     """
     n_values = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
     is_of_columns = campaign.baseline.source == "columns" and n_values <= _MOST_VALUES
@@ -134,7 +108,7 @@ def late_columns(campaign: Campaign) -> Iterator[WiringRival]:
         size = f"{abs(n)} step{'s' * (abs(n) > 1)} of time ({abs(n) * step * 1e3:.3g} ms)"
         text = f"the {_ABOUT} {size} {'earlier' if n > 0 else 'later'}"
         corrected = replace(campaign, runs=tuple(_put_back(run, n) for run in campaign.runs))
-        yield WiringRival(CLOCK, _ABOUT, text, np.inf, line, corrected=corrected)
+        yield WiringRival(Fault.CLOCK, _ABOUT, text, np.inf, line, corrected=corrected)
 
 
 def _late_steps(campaign: Campaign) -> int:

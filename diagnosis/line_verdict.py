@@ -26,7 +26,6 @@ from carrierflex.diagnosis.inference.results import (
     NAMING,
     NONE_OF_THESE,
     GapReduction,
-    SelectionStep,
 )
 from carrierflex.diagnosis.verdict import Verdict
 
@@ -80,7 +79,12 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
         law_share=max(share - explained / gap, 0.0),
         classes_of_law={},
     )
-    names = ", ".join(f"{motion.label} ({_where(motion)})" for _, motion in large)
+    names = ", ".join(
+        f"{one.label} ({one.channels[0]} alone)"
+        if len(one.channels) == 1
+        else f"{one.label} (several channels)"
+        for _, one in large
+    )
     orders = " and ".join(dict.fromkeys(motion.place for _, motion in large))
     text = f"motion {orders}, {names}, is {of_lines / gap:.0%} of the gap"
     if verdict in NAMING:
@@ -107,10 +111,6 @@ def _shares_of_gap(classes: Sequence[ClassFinding], fraction: float) -> list[Cla
         for finding in classes
         if fraction * finding.share >= _LIMITS.second_cause
     ]
-
-
-def _where(motion: OffOrderMotion) -> str:
-    return f"{motion.channels[0]} alone" if len(motion.channels) == 1 else "several channels"
 
 
 def _mean_square(motion: OffOrderMotion, reduction: GapReduction) -> float:
@@ -150,6 +150,20 @@ def _joint_reduction(
 
     rms_after = ratio(reduction.rho) * float(np.sqrt(before))
     cells = map_of(reduction.cells_after).on_orders()
+    fraction = on_orders / gap
+    # RMS and rho of the steps stay those on the orders.
+    steps = [
+        replace(
+            step,
+            share=fraction * step.share,
+            share_ci95=(fraction * step.share_ci95[0], fraction * step.share_ci95[1]),
+        )
+        for step in reduction.steps
+    ]
+    validation = []
+    for row in reduction.validation:
+        square = max(row.error_after**2 - of_run.get(row.run, 0.0), 0.0)
+        validation.append(replace(row, error_after=float(np.sqrt(square))))
     return replace(
         reduction,
         rms_before=float(np.sqrt(before)),
@@ -159,24 +173,11 @@ def _joint_reduction(
         phi=share(reduction.phi),
         phi_ci95=(share(reduction.phi_ci95[0]), share(reduction.phi_ci95[1])),
         floor_multiple=rms_after / floor if floor > 0.0 else float("inf"),
-        steps=tuple(_share_of_gap(step, on_orders / gap) for step in reduction.steps),
+        steps=tuple(steps),
         cells_after=cells.of_gap(float(cells.coherent.sum())),
-        validation=tuple(
-            replace(row, error_after=_less(row.error_after, of_run.get(row.run, 0.0)))
-            for row in reduction.validation
-        ),
+        validation=tuple(validation),
         blocks=tuple(
             replace(block, mean_square=block.mean_square + of_run.get(block.run, 0.0))
             for block in reduction.blocks
         ),
     )
-
-
-def _share_of_gap(step: SelectionStep, fraction: float) -> SelectionStep:
-    """Step whose share is that of the gap; RMS and rho stay those on the orders."""
-    low, high = step.share_ci95
-    return replace(step, share=fraction * step.share, share_ci95=(fraction * low, fraction * high))
-
-
-def _less(error: float, square: float) -> float:
-    return float(np.sqrt(max(error**2 - square, 0.0)))

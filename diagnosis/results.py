@@ -8,13 +8,9 @@ from typing import Annotated
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.overlay import Picture, SignalComparison
-from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.results import (
-    Attribution,
-    GapReduction,
-)
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.identification.campaign.record_digests import RecordDigests
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 
@@ -67,15 +63,6 @@ class Diagnosis:
     def class_ids(self) -> tuple[str, ...]:
         """Classes of the answer; none where the kind has no classes."""
         return self.classes.ids if self.classes else ()
-
-    @property
-    def likely_laws(self) -> Effects:
-        """Laws that are named, nearest to a named class, or in the best set that was tried."""
-        nearest = [finding.law for finding in self.classes.classes] if self.classes else []
-        best = [law for ranked in self.attribution.ranking[:1] for law in ranked.effects]
-        return tuple(
-            dict.fromkeys(law for law in (*self.attribution.effects, *nearest, *best) if law)
-        )
 
     @property
     def shrinks_by_class(self) -> bool:

@@ -28,7 +28,6 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     GapReduction,
-    Rejection,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -40,7 +39,6 @@ _NOT_WHICH = "and these records do not show which"
 class Verdict:
     """What is said of the cause."""
 
-    #: verdict, reason: verdict and its reason
     verdict: str
     reason: str
     effects: Effects  # Laws that are named
@@ -59,7 +57,7 @@ def verdict_of(
     limits: Thresholds,
     *,
     floor_is_measured: bool,
-    by_shapes: Callable[[ClassAnswer], GapReduction | Rejection | None] = lambda answer: None,
+    by_shapes: Callable[[ClassAnswer], GapReduction | str | None] = lambda answer: None,
     predictive: Effects = (),
     measured: Effects = (),
 ) -> Verdict:
@@ -74,7 +72,10 @@ def verdict_of(
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured
     )
-    laws = _ordered(selection.accepted, reduction) if verdict in NAMING else ()
+    # The one that explains most first.
+    rank = {step.added: k for k, step in enumerate(reduction.steps)}
+    ordered = tuple(sorted(selection.accepted, key=lambda law: rank.get(law, 0)))
+    laws = ordered if verdict in NAMING else ()
     if answer is None:
         return Verdict(verdict, reason, laws, None, reduction)
     if answer.state == NOT_VISIBLE and not laws and verdict != AT_NOISE_FLOOR:
@@ -106,7 +107,7 @@ def verdict_of(
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
     shapes = shapes or by_shapes(answer)
-    are_worse = isinstance(shapes, Rejection) or _leave_far_less(reduction, shapes)
+    are_worse = isinstance(shapes, str) or _leave_far_less(reduction, shapes)
     if laws and is_near_floor and are_worse:
         # In force space a friction that stops the mass stands in a further class.
         return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
@@ -119,12 +120,6 @@ def verdict_of(
         )
         return Verdict(NONE_OF_THESE, text, (), replace(answer, state=NO_CLASS), reduction)
     return _of_class(answer, laws, reduction, shapes)
-
-
-def _ordered(laws: Effects, reduction: GapReduction) -> Effects:
-    """Laws with the one that explains most first."""
-    rank = {step.added: k for k, step in enumerate(reduction.steps)}
-    return tuple(sorted(laws, key=lambda law: rank.get(law, 0)))
 
 
 def _of_laws(
@@ -154,8 +149,15 @@ def _of_laws(
             f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and no "
             "class learns anything of it: as from noise whose neighbouring samples are correlated"
         )
+    if not laws and not selection.ranking:
+        return NONE_OF_THESE, "no law of the library acts on these records"
     if not laws:
-        return NONE_OF_THESE, _no_law(selection, reduction)
+        best = selection.ranking[0]
+        return NONE_OF_THESE, (
+            f"the best laws fitted, {set_name(best.effects)}, leave "
+            f"{best.held_out_rms / reduction.rms_before:.2f} of the held-out gap and are refused "
+            f"({best.refused})"
+        )
     if reduction.phi < limits.named_share:
         share = max(reduction.phi, 0.0)
         return NONE_OF_THESE, (
@@ -174,17 +176,6 @@ def _of_laws(
     remaining = f"{reduction.floor_multiple:.{1 if is_remainder else 2}f} times the noise floor"
     verdict = NAMED_WITH_REMAINDER if is_remainder else NAMED
     return verdict, f"{explained}; what remains is {remaining}"
-
-
-def _no_law(selection: Selection, reduction: GapReduction) -> str:
-    if not selection.ranking:
-        return "no law of the library acts on these records"
-    best = selection.ranking[0]
-    return (
-        f"the best laws fitted, {set_name(best.effects)}, leave "
-        f"{best.held_out_rms / reduction.rms_before:.2f} of the held-out gap and are refused "
-        f"({best.refused})"
-    )
 
 
 def _are_enough(
@@ -210,11 +201,8 @@ def _open_ties(
     tied = (answer.ids, *answer.ties)
     if set(named) not in [set(classes) for classes in tied]:
         return ()
-    decided = {
-        name
-        for name in named
-        if any(name in answer.classes_of_law.get(law, ()) for law in laws if law in predictive)
-    }
+    holders = [answer.classes_of_law.get(law, ()) for law in laws if law in predictive]
+    decided = {name for name in named if any(name in classes for classes in holders)}
     return tuple(
         classes
         for classes in tied
@@ -236,9 +224,7 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
     return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
 
 
-def _leave_far_less(
-    first: GapReduction | Rejection | None, second: GapReduction | Rejection | None
-) -> bool:
+def _leave_far_less(first: GapReduction | str | None, second: GapReduction | str | None) -> bool:
     """Whether the first leaves less than any that is equal to the second."""
     # Measured shapes of classes, and laws, both simulated: a spring that hardens by a hyperbolic
     # sine follows a cubic law to 1 % of the gap, and its remainder is that of the law.
@@ -279,9 +265,7 @@ def _with_small_causes(
 def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
     """Whether every class holds a law, and every law lies in one of the classes."""
     holders = {law: set(answer.classes_of_law.get(law, ())) for law in laws}
-    if not all(holders[law] & set(classes) for law in laws):
-        return False
-    if len(laws) < len(classes):
+    if len(laws) < len(classes) or not all(holders[law] & set(classes) for law in laws):
         return False
     return any(
         all(name in holders[law] for name, law in zip(classes, order, strict=False))
@@ -295,23 +279,19 @@ def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effect
     findings = []
     for name in classes:
         inside = [law for law in laws if name in answer.classes_of_law.get(law, ())]
-        finding = known.get(name) or _of_named_law(
-            answer, name, inside[0], is_second=bool(known.keys() & set(classes))
-        )
+        finding = known.get(name)
+        if finding is None:
+            # The comparison of classes alone did not name it.
+            share, interval = answer.share, answer.share_ci95
+            if known.keys() & set(classes):
+                share, interval = answer.beyond_learnable, (0.0, 1.0)
+            finding = ClassFinding(name, share, interval, inside[0], share, True)
         law = finding.law if finding.law in inside or not inside else inside[0]
         findings.append(replace(finding, law=law, law_named=True))
     ties = answer.ties
     if set(classes) in [set(tied) for tied in answer.ties]:
         ties = (answer.ids, *(tied for tied in answer.ties if set(tied) != set(classes)))
     return replace(answer, classes=tuple(findings), ties=ties)
-
-
-def _of_named_law(answer: ClassAnswer, name: str, law: str, *, is_second: bool) -> ClassFinding:
-    """Class that the comparison of classes alone did not name."""
-    share = answer.beyond_learnable if is_second else answer.share
-    return ClassFinding(
-        name, share, (0.0, 1.0) if is_second else answer.share_ci95, law, share, True
-    )
 
 
 def _without_class(
@@ -358,26 +338,20 @@ def _by_laws(
             law_of_class.setdefault(name, law)
     if not law_of_class:
         return answer
-    share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
+    share, (low, high) = min(reduction.phi, 1.0), reduction.phi_ci95
     law_shares = _law_shares(law_of_class, answer, reduction)
-    findings = tuple(
-        ClassFinding(
-            name,
-            share * law_shares[name],
-            (interval[0] * law_shares[name], interval[1] * law_shares[name]),
-            law,
-            share * law_shares[name],
-            law_named=True,
-        )
-        for name, law in law_of_class.items()
-    )
+    findings = []
+    for name, law in law_of_class.items():
+        fraction = law_shares[name]
+        interval = (low * fraction, high * fraction)
+        findings.append(ClassFinding(name, share * fraction, interval, law, share * fraction, True))
     return replace(
         answer,
         state=NAMED_CLASS,
-        classes=findings,
-        rivals={name: share for name, share in answer.rivals.items() if name not in law_of_class},
+        classes=tuple(findings),
+        rivals={name: one for name, one in answer.rivals.items() if name not in law_of_class},
         share=share,
-        share_ci95=interval,
+        share_ci95=reduction.phi_ci95,
         law_share=share,
     )
 
@@ -405,20 +379,17 @@ def _of_class(
     answer: ClassAnswer,
     laws: Effects,
     reduction: GapReduction,
-    by_shapes: GapReduction | Rejection | None,
+    by_shapes: GapReduction | str | None,
 ) -> Verdict:
     """The class is the answer; its laws are the nearest ones."""
     if isinstance(by_shapes, GapReduction):
         answer, of_class = _with_share(answer, by_shapes), by_shapes
     else:
         of_class = _class_reduction(answer, reduction)
-    if isinstance(by_shapes, Rejection):
-        without_laws = [replace(finding, measured_law=None) for finding in answer.classes]
-        answer = replace(
-            answer,
-            classes=tuple(without_laws),
-            unsupported={finding.id: finding.measured_law for finding in answer.classes},
-        )
+    if isinstance(by_shapes, str):
+        unsupported = {finding.id: finding.measured_law for finding in answer.classes}
+        without_laws = tuple(replace(finding, measured_law=None) for finding in answer.classes)
+        answer = replace(answer, classes=without_laws, unsupported=unsupported)
     share = min(answer.share, 1.0)
     text = (
         f"{_listed(answer.ids)} explains {share:.1%} of the gap above the floor (mean square) on "
@@ -430,7 +401,10 @@ def _of_class(
             f"{plain_name(finding.law)} {min(max(finding.law_share, 0.0), 1.0):.0%}"
             for finding in nearest
         )
-    one_of_pair = _named_in_pair(answer, laws)
+    # Laws of a named pair that both the fits name and the class cannot be told from.
+    is_pair = answer.state == NAMED_CLASS and len(answer.classes) > 1
+    both = [one.law for one in answer.classes if one.law_named and one.law in laws]
+    one_of_pair = tuple(both) if is_pair else ()
     findings = tuple(
         replace(finding, law_named=finding.law in one_of_pair) for finding in answer.classes
     )
@@ -456,15 +430,6 @@ def _with_share(answer: ClassAnswer, reduction: GapReduction) -> ClassAnswer:
     return replace(answer, classes=tuple(findings), share=share, share_ci95=interval)
 
 
-def _named_in_pair(answer: ClassAnswer, laws: Effects) -> Effects:
-    """Laws of a named pair that both the fits name and the class cannot be told from."""
-    if answer.state != NAMED_CLASS or len(answer.classes) < 2:
-        return ()
-    return tuple(
-        finding.law for finding in answer.classes if finding.law_named and finding.law in laws
-    )
-
-
 def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:
     """How far the class model shrinks the gap.
 
@@ -479,18 +444,13 @@ def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReducti
     if not (math.isfinite(before) and before > 0.0):
         return shares
     at_floor = min(floor / before, 1.0)
-
-    def ratio(share: float) -> float:
-        """RMS after over before where a share is explained."""
-        return math.sqrt(at_floor**2 + (1.0 - share) * (1.0 - at_floor**2))
-
-    after = ratio(phi)
+    # RMS after over before where a share is explained.
+    after, least, most = (
+        math.sqrt(at_floor**2 + (1.0 - share) * (1.0 - at_floor**2)) for share in (phi, high, low)
+    )
+    multiple = after * before / floor if floor > 0.0 else math.inf
     return replace(
-        shares,
-        rms_after=after * before,
-        rho=after,
-        rho_ci95=(ratio(high), ratio(low)),
-        floor_multiple=after * before / floor if floor > 0.0 else math.inf,
+        shares, rms_after=after * before, rho=after, rho_ci95=(least, most), floor_multiple=multiple
     )
 
 

@@ -106,7 +106,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
         hits = []
         if search.rejection(effects) is None:
             far = gap_reduction(search, effects)
-            fit = search.score(effects).fit
+            fit = search.fit(effects)
             values = published_values(problem, fit, floor_ratio=limits.floor_ratio)
             hits = covered_values(label, values.parameters, far.rho_ci95)
     save_json(path, LawIntervals(tuple(hits)))

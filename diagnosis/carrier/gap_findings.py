@@ -435,7 +435,7 @@ def _run_table(
 
 def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
     """Cells of every run off the orders, each motion at its strongest line; orders are turns."""
-    if not motion.members:
+    if not motion.lines:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)
     for number, run in enumerate(motion.speeds):
@@ -448,19 +448,16 @@ def _off_order_table(
     """Cells of one run, the first one's number being zero."""
     names = tuple(channel.name for channel in motion.campaign.channels)
     speed = motion.speeds[run]
-    rows = [
-        _line_rows([motion.lines[k] for k in numbers], number, rng) for numbers in motion.members
-    ]
+    rows = [_line_rows(lines, number, rng) for lines in motion.lines]
     mean_square, noise, draws = (np.stack(values, axis=-1) for values in zip(*rows, strict=True))
     shown = np.array([one.channels for one in motion.motions], dtype=object)
     used = np.array([[name in channels for channels in shown] for name in names])
     p_value = np.array([one.p_value for one in motion.motions])
-    first = [motion.lines[numbers[0]] for numbers in motion.members]
-    hertz = [[_order(motion.lines[k], speed) * speed for k in one] for one in motion.members]
+    hertz = [[line.order(speed) * speed for line in lines] for lines in motion.lines]
     return CellTable(
         runs=(run,),
         patterns=names,
-        orders=np.array([_order(line, speed) for line in first]),
+        orders=np.array([lines[0].order(speed) for lines in motion.lines]),
         mean_square=mean_square[None],
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
@@ -471,7 +468,7 @@ def _off_order_table(
 
 
 def _line_rows(
-    lines: list[OffOrderLine], run: int, rng: np.random.Generator
+    lines: Sequence[OffOrderLine], run: int, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean square, that of noise, and draws of one motion's lines: shapes (C,), (C,), (D, C)."""
     amplitudes = np.array([line.amplitudes[run] for line in lines])
@@ -484,10 +481,6 @@ def _line_rows(
     # A draw holds the noise of the estimate and its own.
     draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - noise
     return mean_square, noise, draws
-
-
-def _order(line: OffOrderLine, speed: float) -> float:
-    return line.position if line.is_order else line.position / speed
 
 
 def _line_findings(

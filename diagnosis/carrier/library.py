@@ -5,7 +5,7 @@ of shape (n_parameters, n); a card whose last parameter is a shape (a threshold)
 a fourth argument and gives no row for it; see :mod:`carrierflex.simulation.carrier.effect`.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -50,7 +50,8 @@ def carrier_library(rig: CarrierRig, further: Sequence[Effect] = ()) -> dict[str
     effects = (*of_rig.values(), *further)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(_KIND, cards), cards)
-    _refuse_wrong_laws(users, rig)
+    for card in users:
+        _refuse_wrong_law(card, rig)
     return {
         effect.id: effect
         for effect in (*effects, *(_effect_of(card) for card in users))
@@ -58,57 +59,38 @@ def carrier_library(rig: CarrierRig, further: Sequence[Effect] = ()) -> dict[str
     }
 
 
-def _refuse_wrong_laws(cards: Iterable[EffectCard], rig: CarrierRig) -> None:
-    """Refuse users' cards of kind ``carrier`` whose law does not give what a fit can use."""
-    for card in cards:
-        has_shape = any(parameter.shape for parameter in card.parameters)
-        check_is_function(card, _CARRIER_SHAPE_LAW if has_shape else _CARRIER_LAW)
-        if has_shape:
-            _check_shape_parameter(card)
-        for is_axial in (True, False):
-            _try_signals(card, RimSensor(0.5, 0.4, is_axial), rig)
-
-
-def _check_shape_parameter(card: EffectCard) -> None:
+def _refuse_wrong_law(card: EffectCard, rig: CarrierRig) -> None:
+    """Refuse a user's card of kind ``carrier`` whose law does not give what a fit can use."""
     *others, last = card.parameters
-    if not last.shape or any(parameter.shape for parameter in others):
-        names = ", ".join(parameter.name for parameter in card.parameters if parameter.shape)
-        raise refusal(card, f"shapes {names}", "one at most, as the last parameter")
-    if not np.isfinite([last.lower, last.upper]).all():
-        problem = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
-        raise refusal(card, problem, "finite bounds, between which signals are interpolated")
-
-
-def _try_signals(card: EffectCard, sensor: RimSensor, rig: CarrierRig) -> None:
-    last = card.parameters[-1]
-    values = (0.5 * (last.lower + last.upper),) if last.shape else ()
-    expected_shape = (len(card.parameters) - len(values), _TRIED_SAMPLES)
-    try:
-        rows = card.law(sensor, _tried_inputs(rig), rig, *values)
-        signals = np.asarray(rows, dtype=np.float64)
-    except Exception as error:
-        expected = _CARRIER_SHAPE_LAW if last.shape else _CARRIER_LAW
-        raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
-    if signals.shape != expected_shape:
-        problem = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
-        raise refusal(card, problem, str(expected_shape))
-    if not np.isfinite(signals).all():
-        raise refusal(card, "its law gives values that are not finite", "finite values")
-
-
-def _tried_inputs(rig: CarrierRig) -> CarrierInputs:
-    """One turn with loads of both signs and zero among them."""
+    has_shape = any(parameter.shape for parameter in card.parameters)
+    expected = _CARRIER_SHAPE_LAW if has_shape else _CARRIER_LAW
+    check_is_function(card, expected)
+    values: tuple[float, ...] = ()
+    if has_shape:
+        if not last.shape or any(parameter.shape for parameter in others):
+            names = ", ".join(parameter.name for parameter in card.parameters if parameter.shape)
+            raise refusal(card, f"shapes {names}", "one at most, as the last parameter")
+        if not np.isfinite([last.lower, last.upper]).all():
+            problem = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
+            raise refusal(card, problem, "finite bounds, between which signals are interpolated")
+        values = (0.5 * (last.lower + last.upper),)
+    # One turn with loads of both signs and zero among them.
     share = np.linspace(-1.0, 1.0, _TRIED_SAMPLES)
-    force = 1e5 * share
-    return CarrierInputs(
-        time=share + 1.0,
-        carrier_angle=np.pi * (share + 1.0),
-        torque=rig.nominal_torque * share,
-        ntl_y=force,
-        ntl_z=force[::-1],
-        start=0.0,
-        end=2.0,
-    )
+    time, force = share + 1.0, 1e5 * share
+    torque = rig.nominal_torque * share
+    inputs = CarrierInputs(time, np.pi * time, torque, force, force[::-1], start=0.0, end=2.0)
+    shape = (len(card.parameters) - len(values), _TRIED_SAMPLES)
+    for is_axial in (True, False):
+        try:
+            rows = card.law(RimSensor(0.5, 0.4, is_axial), inputs, rig, *values)
+            signals = np.asarray(rows, dtype=np.float64)
+        except Exception as error:
+            raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
+        if signals.shape != shape:
+            problem = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
+            raise refusal(card, problem, str(shape))
+        if not np.isfinite(signals).all():
+            raise refusal(card, "its law gives values that are not finite", "finite values")
 
 
 def card_of(effect: Effect) -> EffectCard:

@@ -44,19 +44,12 @@ from carrierflex.simulation.carrier.rim import CarrierRig
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed_angle
 
-#: Errors of a sensor's position: the columns of the set are made again.
-_OF_POSITION = (Measurement.ANGLE, Measurement.RADIUS)
-#: Input that a delay of all channels shifts.
-_CARRIER_ANGLE = "carrier_angle"
 #: Relative standard deviation of a wave beside the largest of its curve, of a carrier with pins
 #: that give way and with stiff ones: order 6 over order 3, and order 3 over order 6, of the default
 #: mesh against the finest one (0.0889 and 0.0865; 0.894 and 0.939; docs/cad.md).
 _STD = {"f": 0.027, "s": 0.048}
-#: Curves of a carrier under a torque, and under the force of one pin.
-_UNDER_TORQUE, _OF_ONE_PIN = "delta_", "g_"
 #: Curve whose size an effect fits.
 _SIZES_OF_CURVES = {FLEXIBLE_PINS.id: "delta_f", STIFF_PINS.id: "delta_s"}
-_NO_MESH_ERROR = "the error of the curves by their mesh (curves --mesh-error) is not included"
 #: Waves below this share of the largest one of their curve move nothing.
 _NOTABLE = 0.01
 #: Samples of a run on which a change of the curves shows, and of a revolution over which it is
@@ -87,10 +80,12 @@ class CarrierReading:
             quantity, channel = error.quantity, error.channel
             if channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
-                change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
+                (made,) = self._by_source(replace(self.campaign, runs=runs))
+                change = (made - as_read).sum(axis=0)
                 if quantity is Measurement.DELAY:
                     change += error.std * of_prediction(quantity).sum(axis=0)
-            elif quantity in _OF_POSITION:
+            elif quantity in (Measurement.ANGLE, Measurement.RADIUS):
+                # Errors of a sensor's position: the columns of the set are made again.
                 change = moved(quantity)[channel]
                 if quantity is Measurement.ANGLE:
                     change = error.std * of_prediction(quantity)[channel] + change
@@ -108,7 +103,7 @@ class CarrierReading:
         sizes = [p for p in free if p.effect in _SIZES_OF_CURVES]
         errors = {p.name: curves[_SIZES_OF_CURVES[p.effect]].mesh_error for p in sizes}
         if not all(errors.values()):
-            return _NO_MESH_ERROR
+            return "the error of the curves by their mesh (curves --mesh-error) is not included"
         listed = ", ".join(f"{name} {share:.1%}" for name, share in errors.items())
         return f"intervals hold the error of the curves by their mesh ({listed})" if errors else ""
 
@@ -120,7 +115,7 @@ class CarrierReading:
                 name, channel = error.quantity.value, channels[error.channel]
                 moved = {name: getattr(channel, name) - error.std}
                 channels[error.channel] = replace(channel, **moved)
-        return self._made_again(replace(self.campaign, channels=tuple(channels)))
+        return self._by_source(replace(self.campaign, channels=tuple(channels)))[0]
 
     def _of_curves(self) -> Iterator[FloatArray]:
         """Change of ``J.T r`` by channel by each wave of the curves, a standard deviation off."""
@@ -140,13 +135,14 @@ class CarrierReading:
         as_read, *made = self._by_source(campaign, [source, *others])
         yield from (every * (scores - as_read) for scores in made)
 
-    def _made_again(self, campaign: Campaign) -> FloatArray:
-        """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
-        (scores,) = self._by_source(campaign, [self._source_of_set()])
-        return scores
+    def _by_source(
+        self, campaign: Campaign, sources: Sequence[ColumnSource] = ()
+    ) -> list[FloatArray]:
+        """``J.T r`` by channel with the columns of the set from each source, (C, p).
 
-    def _by_source(self, campaign: Campaign, sources: Sequence[ColumnSource]) -> list[FloatArray]:
-        """``J.T r`` by channel with the columns of the set from each source, (C, p)."""
+        Without sources with those of the set itself, made from other records.
+        """
+        sources = sources or [self._source_of_set()]
         runs = campaign.within_use().runs
         index = columns_of_campaign(runs[0], campaign.channels[0], sources[0])
         scores = [np.zeros((len(campaign.channels), self.theta.size)) for _ in sources]
@@ -215,8 +211,7 @@ class CarrierReading:
         values = theta if is_fitted else np.append(theta, 0.0)
         everywhere: ChannelChoice = {**self.choice, name: slice(None)}
         named = {**self.choice, name: self.choice.get(name, 0)}
-        owners = [p.effect for p in self.model.parameters(with_error, named)]
-        first = owners.index(name)
+        first = [p.effect for p in self.model.parameters(with_error, named)].index(name)
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.records.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
@@ -248,16 +243,17 @@ def _misread_run(run: Run, error: DeclaredError) -> Run:
     """Run with an input, or with all channels' delay, one standard deviation off."""
     if error.quantity is Measurement.DELAY:
         # Channels that are late show a carrier that has turned further.
-        ahead = delayed_angle(run.time, run.inputs[_CARRIER_ANGLE], -error.std)
-        return replace(run, inputs={**run.inputs, _CARRIER_ANGLE: ahead})
-    return replace(
-        run, inputs={**run.inputs, error.signal: error.misread(run.inputs[error.signal])}
-    )
+        name = "carrier_angle"
+        values = delayed_angle(run.time, run.inputs[name], -error.std)
+    else:
+        name = error.signal
+        values = error.misread(run.inputs[name])
+    return replace(run, inputs={**run.inputs, name: values})
 
 
 def _curves_of(rig: CarrierRig, pins: str) -> dict[str, DeflectionCurve]:
     """Curves of a carrier with some pins, under torque and under the force of one pin."""
-    names = (_UNDER_TORQUE + pins, _OF_ONE_PIN + pins)
+    names = (f"delta_{pins}", f"g_{pins}")
     return {name: rig.curves[name] for name in names if name in rig.curves}
 
 
@@ -267,7 +263,7 @@ def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
         curves = _curves_of(rig, pins)
         waves = {name: _waves(curve) for name, curve in curves.items()}
         largest = {orders[0] for orders in waves.values() if orders}
-        for order in sorted({order for orders in waves.values() for order in orders} - largest):
+        for order in sorted(set().union(*waves.values()) - largest):
             shown = (name for name, orders in waves.items() if order in orders)
             changed = {name: _larger(curves[name], order, std) for name in shown}
             yield replace(rig, curves={**rig.curves, **changed})

@@ -5,7 +5,7 @@ is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 
@@ -170,11 +170,7 @@ class CarrierModel:
         return parameter.lower, parameter.upper
 
     def weights(
-        self,
-        effects: Effects,
-        choice: ChannelChoice,
-        theta: FloatArray,
-        runs: slice = slice(None),
+        self, effects: Effects, choice: ChannelChoice, theta: FloatArray, runs: slice = slice(None)
     ) -> WeightTable:
         """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 
@@ -192,21 +188,16 @@ class CarrierModel:
 
         groups: list[tuple[list[_WeightedColumn], int | slice]] = [(ideal, slice(None))]
         # Delay and angle shift what the effects make; gain and zero act on the shifted signal.
-        if Measurement.DELAY in errors:
-            name = errors[Measurement.DELAY]
-            late = self._delay_terms(ideal, value(name), first[name])
-            groups.append((late, slice(None)))
-        if Measurement.ANGLE in errors:
-            name = errors[Measurement.ANGLE]
-            groups.append((self._move_terms(ideal, value(name), first[name]), choice[name]))
+        for quantity in (Measurement.DELAY, Measurement.ANGLE):
+            if quantity in errors:
+                name = errors[quantity]
+                shifted = self._shifted_terms(ideal, quantity, value(name), first[name])
+                groups.append((shifted, choice.get(name, slice(None))))
         zeros: list[_WeightedColumn] = []
         if Measurement.ZERO in errors:
-            name = errors[Measurement.ZERO]
-            zeros.append(
-                _WeightedColumn(
-                    name, 0, slice(None), self.index.of(ONE), value(name), {first[name]: 1.0}
-                )
-            )
+            name, one = errors[Measurement.ZERO], self.index.of(ONE)
+            slopes_of_zero = {first[name]: 1.0}
+            zeros = [_WeightedColumn(name, 0, slice(None), one, value(name), slopes_of_zero)]
         terms = [*(term for terms, _ in groups for term in terms), *zeros]
         columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
         shape = (len(unknowns), len(self.channels))
@@ -298,38 +289,24 @@ class CarrierModel:
             for k, size in enumerate(values[:n_sizes].tolist()):
                 for node in near:
                     column = self.index.of(effect.id, k, SHAPE, i * nodes.size + node)
-                    by_unknown = {
-                        first + k: hats[node],
-                        first + n_sizes + i: size * slopes[node],
-                    }
-                    terms.append(
-                        _WeightedColumn(effect.id, k, runs, column, size * hats[node], by_unknown)
-                    )
+                    by_unknown = {first + k: hats[node], first + n_sizes + i: size * slopes[node]}
+                    weight = size * hats[node]
+                    terms.append(_WeightedColumn(effect.id, k, runs, column, weight, by_unknown))
         return terms
 
-    def _delay_terms(
-        self, terms: Iterable[_WeightedColumn], delay: float, unknown: int
+    def _shifted_terms(
+        self, terms: Iterable[_WeightedColumn], quantity: Measurement, value: float, unknown: int
     ) -> list[_WeightedColumn]:
-        """What a delay [s] of the signals adds; `unknown` is its number."""
-        speed = self.source.speed
-        return [
-            change
-            for term in terms
-            if term.owner == PREDICTION or self.effects[term.owner].follows_delay
-            for change in self._shifted(term, DELAY, delay * speed, unknown, speed)
-        ]
-
-    def _move_terms(
-        self, terms: Iterable[_WeightedColumn], move: float, unknown: int
-    ) -> list[_WeightedColumn]:
-        """What a sensor that stands `move` [rad] further on adds; `unknown` is its number."""
+        """What signals `value` [s] later, or a sensor `value` [rad] further on, add to terms."""
+        is_delay = quantity is Measurement.DELAY
+        rate = self.source.speed if is_delay else 1.0
         changes = []
         for term in terms:
-            if term.owner == PREDICTION:
-                # Its waves turn with the carrier: a sensor further on reads them later.
-                changes += self._shifted(term, DELAY, move, unknown, 1.0)
-            elif self.effects[term.owner].follows_sensor:
-                changes += self._shifted(term, ANGLE, move, unknown, 1.0)
+            effect = self.effects.get(term.owner)
+            # Waves of a prediction turn with the carrier: a sensor further on reads them later.
+            family = DELAY if is_delay or effect is None else ANGLE
+            if effect is None or (effect.follows_delay if is_delay else effect.follows_sensor):
+                changes += self._shifted(term, family, value * rate, unknown, rate)
         return changes
 
     def _shifted(
@@ -345,11 +322,8 @@ class CarrierModel:
             by_unknown = {k: value * derivative for k, derivative in term.slopes.items()}
             by_unknown[unknown] = slope * rate * term.weight
             column = self.index.of(term.owner, term.parameter, *key)
-            changes.append(
-                _WeightedColumn(
-                    term.owner, term.parameter, term.runs, column, value * term.weight, by_unknown
-                )
-            )
+            weight = value * term.weight
+            changes.append(replace(term, column=column, weight=weight, slopes=by_unknown))
         return changes
 
     def variants(self, effect: str) -> list[tuple[float, ...]]:
@@ -413,12 +387,6 @@ class _RowTable:
     columns: IntArray  # (u,) columns that they are made of
     weights: FloatArray  # (n_runs, n_channels or 1, q, u) their weights
     channel: int | None = None  # the only channel that they act on
-
-    def at(self, run: int, channel: int) -> FloatArray | None:
-        """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
-        if self.channel not in (None, channel):
-            return None
-        return np.asarray(self.weights[run, channel if self.channel is None else 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -493,9 +461,9 @@ def rows_at(
     """Numbers of the rows that act in a channel of a run, and their weights, shape (m, k)."""
     numbers, tables = [], []
     for rows in groups:
-        weights = rows.at(run, channel)
-        if weights is None:
+        if rows.channel not in (None, channel):
             continue
+        weights = rows.weights[run, channel if rows.channel is None else 0]
         table = np.zeros((len(weights), n_columns))
         table[:, rows.columns] = weights
         numbers.append(rows.numbers[run])

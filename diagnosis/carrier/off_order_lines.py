@@ -1,7 +1,8 @@
 """Lines and bands off the shaft's orders: found in what a run holds without them, and taken out."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice, product
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -88,59 +89,8 @@ class RunOffOrders:
         return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class CampaignOffOrders:
-    """Runs without their orders: those that are searched, the others made when required."""
-
-    campaign: Campaign  # All runs
-    #: Runs that lines are looked for in, long enough, in their order
-    searched: tuple[RunOffOrders, ...]
-    shared: "_SharedOrders | None"  # What the orders make of the loads in every run alike
-    searches_all: bool  # Whether these are all runs
-
-    def every(self) -> Iterator[RunOffOrders]:
-        """All runs that are long enough, one after the other."""
-        if self.searches_all:
-            yield from self.searched
-            return
-        for made in _runs_off_orders(self.campaign, range(len(self.campaign.runs))):
-            yield self.shared.without(*made) if self.shared else made[0]
-
-
-@dataclass(frozen=True, eq=False)
-class _SharedOrders:
-    """Sizes of what the orders make of the loads, the same in every run; k columns."""
-
-    n_loads: int  # loads that the orders follow
-    counts: BoolArray  # columns that count
-    energy: FloatArray  # (k,) their lengths over the searched runs
-    sizes: FloatArray  # (k, C) sizes in every channel
-
-    def without(self, run: RunOffOrders, loaded: Sequence[FloatArray]) -> RunOffOrders:
-        """Run without them; `loaded` are its orders times each load, shape (n, k)."""
-        columns = run.without_orders(np.hstack(loaded[: self.n_loads]))[:, self.counts]
-        return replace(run, values=run.values - (columns / self.energy @ self.sizes).T)
-
-
-def campaign_off_orders(campaign: Campaign) -> CampaignOffOrders:
-    """Take the orders out of every run.
-
-    Orders 0 to 12 of the measured angle, of three planets, each of them following torque, time,
-    speed and radial load as far as the run is long enough, and a slow drift are fitted to the run
-    and subtracted: what a shape of the carrier or the housing, or an error of a sensor, could make
-    is gone whatever its size. How the orders follow torque and radial load in runs too short to
-    tell it is fitted to all runs together. Of a campaign too large for the memory some runs are
-    searched, drawn over all.
-    """
-    numbers = _searched(campaign)
-    made = list(_runs_off_orders(campaign, numbers))
-    shared = _shared_orders(made)
-    searched = tuple(shared.without(*one) if shared else one[0] for one in made)
-    return CampaignOffOrders(campaign, searched, shared, len(numbers) == len(campaign.runs))
-
-
 def _searched(campaign: Campaign) -> Sequence[int]:
-    """Numbers of the runs that are searched: all, or as many of them as may be kept."""
+    """Numbers of the runs that are searched: all, or some of them drawn, as many as may be kept."""
     n_runs = len(campaign.runs)
     samples = sum(min(run.time.size, _MOST_SAMPLES) for run in campaign.runs)
     share = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
@@ -151,10 +101,10 @@ def _searched(campaign: Campaign) -> Sequence[int]:
     return np.sort(drawn).tolist()
 
 
-def _shared_orders(
+def _without_shared(
     made: Sequence[tuple[RunOffOrders, Sequence[FloatArray]]],
-) -> _SharedOrders | None:
-    """What the orders make of the loads with the same sizes in every run; None where nothing."""
+) -> Callable[[RunOffOrders, Sequence[FloatArray]], RunOffOrders]:
+    """Takes out of a run what the orders make of the loads, with the same sizes in every run."""
     # A torque that ripples makes lines beside every order that follows it. A run too short to tell
     # how its orders follow the loads leaves them beside the orders; all runs together tell it, as
     # the size per newton metre is one.
@@ -162,17 +112,23 @@ def _shared_orders(
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
     if n_loads < 1:
-        return None
+        return lambda run, loaded: run
     followed = [np.hstack(loads[:n_loads]) for _, loads in made]
     table = np.vstack([run.without_orders(x) for run, x in zip(runs, followed, strict=True)])
     energy = np.sqrt((table**2).sum(axis=0))
     # What every run follows by itself is rounding here.
     counts = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
     if not counts.any():
-        return None
-    values = np.hstack([run.values for run in runs]).T
-    sizes = np.linalg.lstsq(table[:, counts] / energy[counts], values, rcond=_ALIKE)[0]
-    return _SharedOrders(n_loads, counts, energy[counts], np.asarray(sizes, dtype=np.float64))
+        return lambda run, loaded: run
+    values, energy = np.hstack([run.values for run in runs]).T, energy[counts]
+    sizes = np.linalg.lstsq(table[:, counts] / energy, values, rcond=_ALIKE)[0]
+
+    def without(run: RunOffOrders, loaded: Sequence[FloatArray]) -> RunOffOrders:
+        """Run without them; `loaded` are its orders times each load, shape (n, k)."""
+        columns = run.without_orders(np.hstack(loaded[:n_loads]))[:, counts]
+        return replace(run, values=run.values - (columns / energy @ sizes).T)
+
+    return without
 
 
 def _runs_off_orders(
@@ -182,9 +138,8 @@ def _runs_off_orders(
     # 12 of three planets follow the loads.
     followed_orders = highest_order(int(campaign.rig["n_planets"]))
     for number in numbers:
-        made = _run_off_orders(
-            campaign.runs[number].within_use(), campaign.channels, followed_orders
-        )
+        run = campaign.runs[number].within_use()
+        made = _run_off_orders(run, campaign.channels, followed_orders)
         if made is not None:
             yield made
 
@@ -193,7 +148,8 @@ def _run_off_orders(
     run: Run, channels: tuple[Channel, ...], followed_orders: int
 ) -> tuple[RunOffOrders, list[FloatArray]] | None:
     """One run, and its orders times each load that all runs share; None where it is too short."""
-    gap = np.array([_gap(run, channel.name) for channel in channels])
+    names = [channel.name for channel in channels]
+    gap = np.array([run.signals[name] - run.predictions.get(name, 0.0) for name in names])
     present = np.isfinite(gap).all(axis=0)
     angle = run.inputs["carrier_angle"]
     turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
@@ -220,7 +176,10 @@ def _run_off_orders(
     values = np.array([_averaged(row[present], group) for row in gap])
     off_orders = RunOffOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
     shared = _order_waves(phase_angle, followed_orders)
-    return off_orders, [shared * load[:, None] for load in _loads(run, present, group)]
+    # Torque and radial load about their means, in their units, torque first.
+    named = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
+    loads = [_averaged(row[present], group) for row in named]
+    return off_orders, [shared * (_centred(row) * float(np.std(row)))[:, None] for row in loads]
 
 
 def _order_waves(angle: FloatArray, highest: int) -> FloatArray:
@@ -229,24 +188,10 @@ def _order_waves(angle: FloatArray, highest: int) -> FloatArray:
     return np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
 
 
-def _loads(run: Run, present: BoolArray, group: int) -> list[FloatArray]:
-    """Torque and radial load about their means in a run, in their units, torque first."""
-    rows = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
-    averaged = [_averaged(row[present], group) for row in rows]
-    return [_centred(row) * float(np.std(row)) for row in averaged]
-
-
 def _averaged(values: FloatArray, group: int) -> FloatArray:
     """Means of groups of neighbours."""
     groups = values[: values.size // group * group]
     return np.asarray(groups.reshape(-1, group).mean(axis=1), dtype=np.float64)
-
-
-def _gap(run: Run, channel: str) -> FloatArray:
-    signal = run.signals[channel]
-    if channel not in run.predictions:
-        return signal
-    return np.asarray(signal - run.predictions[channel], dtype=np.float64)
 
 
 def _followed(run: Run, angle: FloatArray) -> list[FloatArray]:
@@ -265,23 +210,6 @@ def _centred(values: FloatArray) -> FloatArray:
     return np.asarray(change / size, dtype=np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class _Spectra:
-    """How unlike noise every line of one common axis is."""
-
-    axis: FloatArray  # (n,) orders [per turn], or frequency [Hz]
-    resolution: float  # distance of lines that the longest record resolves, on the axis
-    log_p: FloatArray  # (n,) log of the smallest p-value of all sums
-    n_sums: int  # how many sums there are
-
-    def best_line(self) -> tuple[float, float]:
-        """Line that is least like noise, and its p-value."""
-        surest = int(np.argmin(self.log_p))
-        n_tests = self.axis.size / _FINER * self.n_sums
-        smallest = self.log_p[surest] + np.log(n_tests)
-        return float(self.axis[surest]), float(np.exp(min(smallest, 0.0)))
-
-
 def _log_tail(number: IntArray, total: FloatArray) -> FloatArray:
     """Log of the probability that ``Gamma(number)`` exceeds `total`; 0 where number is zero."""
     shape = np.maximum(number, 1).astype(np.float64)
@@ -293,8 +221,11 @@ def _log_tail(number: IntArray, total: FloatArray) -> FloatArray:
     return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
 
 
-def _spectra(runs: Sequence[RunOffOrders], *, is_order: bool) -> _Spectra:
-    """Spectra over turns, of what keeps its order whatever the speed, or over time."""
+def _surest_line(runs: Sequence[RunOffOrders], *, is_order: bool) -> tuple[float, float, float]:
+    """Line least like noise in spectra over turns, or over time; its p-value, and the resolution.
+
+    That is the distance of lines that the longest record resolves, per turn or in Hz.
+    """
     coordinates = [run.turns if is_order else run.time for run in runs]
     lengths = [float(axis[-1] - axis[0]) for axis in coordinates]
     resolution = 1.0 / max(lengths)
@@ -323,7 +254,10 @@ def _spectra(runs: Sequence[RunOffOrders], *, is_order: bool) -> _Spectra:
     for total in of_channel:
         log_p = np.minimum(log_p, _log_tail(n_runs, total / _UNSURE))
     log_p = np.minimum(log_p, _log_tail(n_runs * n_channels, of_channel.sum(axis=0) / _UNSURE))
-    return _Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
+    surest = int(np.argmin(log_p))
+    n_tests = n_lines / _FINER * (1 + n_channels + len(runs))
+    p_value = float(np.exp(min(log_p[surest] + np.log(n_tests), 0.0)))
+    return float(axis[surest]), p_value, resolution
 
 
 def _relative_power(
@@ -366,6 +300,10 @@ class OffOrderLine:
         """Whether it is an order above half the samples of a turn, the only whole number."""
         return self.is_order and float(self.position).is_integer()
 
+    def order(self, speed: float) -> float:
+        """Order at a speed [turns/s]."""
+        return self.position if self.is_order else self.position / speed
+
 
 @dataclass(frozen=True, eq=False)
 class OffOrders:
@@ -374,19 +312,27 @@ class OffOrders:
     campaign: Campaign  # The records without it
     #: Mean speed [turns/s] of every run that was searched, in the order of the amplitudes
     speeds: Mapping[str, float]
-    lines: tuple[OffOrderLine, ...]  # Lines, the surest first
-    motions: tuple[OffOrderMotion, ...]  # The lines as motions: single lines, and bands of several
-    members: tuple[tuple[int, ...], ...]  # Lines of each motion
+    motions: tuple[OffOrderMotion, ...]  # Single lines, and bands of several
+    lines: tuple[tuple[OffOrderLine, ...], ...]  # Of each motion, the strongest first
 
 
 def off_orders(campaign: Campaign) -> OffOrders:
     """Search for motion off the orders of the shaft.
 
+    Orders 0 to 12 of the measured angle, of three planets, each of them following torque, time,
+    speed and radial load as far as the run is long enough, and a slow drift are fitted to the run
+    and subtracted: what a shape of the carrier or the housing, or an error of a sensor, could make
+    is gone whatever its size. How the orders follow torque and radial load in runs too short to
+    tell it is fitted to all runs together. Of a campaign too large for the memory some runs are
+    searched, drawn over all.
+
     What follows looks at the records without the lines that are found: at the orders, and at a
     noise that no line is part of.
     """
-    records = campaign_off_orders(campaign)
-    runs = records.searched
+    numbers, every = _searched(campaign), range(len(campaign.runs))
+    made = list(_runs_off_orders(campaign, numbers))
+    without_shared = _without_shared(made)
+    runs = tuple(without_shared(*one) for one in made)
     speeds = {run.name: run.speed for run in runs}
     fast = _unresolved_order(runs)
     chosen: list[_Line] = [(float(fast), True, 0.0)] if fast else []
@@ -399,17 +345,19 @@ def off_orders(campaign: Campaign) -> OffOrders:
         remaining = tuple(_without(run, chosen) for run in runs)
     repeating, shares = _repeating(runs, chosen, speeds)
     if not repeating:
-        return OffOrders(campaign, speeds, (), (), ())
-    # Lines that stay are fitted anew without the others, and numbered anew.
-    numbers = [k for band in repeating for k in band]
-    lines, speeds = _fitted_lines(records.every(), [chosen[k] for k in numbers])
-    members = tuple(tuple(numbers.index(k) for k in band) for band in repeating)
+        return OffOrders(campaign, speeds, (), ())
+    all_runs: Iterable[RunOffOrders] = runs
+    if len(numbers) < len(every):
+        all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, every))
+    # Lines that stay are fitted anew without the others.
+    fitted, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
+    in_turn = iter(fitted)
+    lines = tuple(tuple(islice(in_turn, len(band))) for band in repeating)
     names = [channel.name for channel in campaign.channels]
     motions = tuple(
-        _motion([lines[k] for k in band], speeds, names, share)
-        for band, share in zip(members, shares, strict=True)
+        _motion(band, speeds, names, share) for band, share in zip(lines, shares, strict=True)
     )
-    return OffOrders(_cleaned(campaign, speeds, lines), speeds, lines, motions, members)
+    return OffOrders(_cleaned(campaign, speeds, fitted), speeds, motions, lines)
 
 
 def _unresolved_order(runs: Sequence[RunOffOrders]) -> int:
@@ -448,13 +396,14 @@ def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
     total = sum(float((run.values**2).sum()) for run in runs)
     candidates = []
     for is_order in (True, False):
-        spectra = _spectra(runs, is_order=is_order)
-        position, p_value = spectra.best_line()
+        position, p_value, resolution = _surest_line(runs, is_order=is_order)
         if p_value >= _LARGEST_P:
             continue
-        other = _in_other_unit(runs, position, is_order)
+        # Its frequency, or its order, in the run that shows it most.
+        speed = max(runs, key=lambda run: _wave_power(run, position, is_order)).speed
+        other = position * speed if is_order else position / speed
         for start, keeps_order in ((position, is_order), (other, not is_order)):
-            refined, power = _refined(runs, start, spectra.resolution, keeps_order)
+            refined, power = _refined(runs, start, resolution, keeps_order)
             if power > _MATERIAL * total and not _is_an_order(runs, refined, keeps_order):
                 preferred = power if keeps_order else power / _STAYS
                 candidates.append((preferred, refined, keeps_order, p_value))
@@ -466,17 +415,9 @@ def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
 
 def _is_an_order(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> bool:
     """Whether a line is nearer to an order than every run resolves."""
-    for run in runs:
-        order = position if is_order else position / run.speed
-        if abs(order - round(order)) * float(run.turns[-1] - run.turns[0]) > 1.0:
-            return False
-    return True
-
-
-def _in_other_unit(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> float:
-    """Frequency of an order, or order of a frequency, in the run that shows it most."""
-    clearest = max(runs, key=lambda run: _wave_power(run, position, is_order))
-    return position * clearest.speed if is_order else position / clearest.speed
+    orders = [position if is_order else position / run.speed for run in runs]
+    pairs = zip(orders, runs, strict=True)
+    return all(abs(n - round(n)) * float(run.turns[-1] - run.turns[0]) <= 1.0 for n, run in pairs)
 
 
 def _refined(
@@ -524,9 +465,7 @@ def _fitted_lines(
     runs: Iterable[RunOffOrders], chosen: Sequence[_Line]
 ) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
     """Amplitudes of all lines, fitted together off the orders, and their errors."""
-    amplitudes = []
-    errors = []
-    speeds = {}
+    amplitudes, errors, speeds = [], [], {}
     for run in runs:
         waves = run.without_orders(_waves(run, chosen))
         sizes = _solved(waves, run.values)
@@ -566,7 +505,7 @@ def _bands(
 ) -> tuple[tuple[int, ...], ...]:
     """Lines that are one motion: near to one another, in the same sensors."""
     speed = float(np.mean(list(speeds.values())))
-    orders = [line.position if line.is_order else line.position / speed for line in lines]
+    orders = [line.order(speed) for line in lines]
     power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
     bands: list[list[int]] = []
     for k in sorted(range(len(lines)), key=lambda k: -power[k]):
@@ -602,11 +541,8 @@ def _motion(
         frame, label = ALIASED, f"{first.position:.0f}X"
     squares = sum(0.5 * np.abs(line.amplitudes) ** 2 for line in lines)
     is_shown = np.abs(first.amplitudes).max(axis=1) > 4.0 * first.errors.max(axis=1)
-    bands = [
-        line.position * (speed if line.is_order else 1.0)
-        for line in lines
-        for speed in speeds.values()
-    ]
+    pairs = product(lines, speeds.values())
+    bands = [line.position * (speed if line.is_order else 1.0) for line, speed in pairs]
     return OffOrderMotion(
         id=f"{frame}/{label}",
         label=label,

@@ -23,7 +23,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     typical_speed,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
-from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
+from carrierflex.diagnosis.inference.planning.plan import PlannedTable, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
     MINUTES,
@@ -39,6 +39,7 @@ from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effects.drawing import CURVE_ERROR, body_of_effect
 from carrierflex.simulation.carrier.rim import CarrierInputs
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
+from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.stage.stage_data import MountingData
 
 #: Steps of torque, over the nominal one.
@@ -360,20 +361,21 @@ def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray
 
 def _scales(
     model: CarrierModel, candidates: tuple[str, ...], contained: Mapping[str, int], n_base: int
-) -> tuple[dict[str, list[float]], dict[str, ScaledParameter]]:
+) -> tuple[dict[str, list[float]], dict[str, FitParameter]]:
     """Scales of the amplitudes of every effect, and its first one."""
-    scales, first = {}, {}
+    scales: dict[str, list[float]] = {}
+    first: dict[str, FitParameter] = {}
     for name in candidates:
         one = model.effects[name].is_of_one_channel
         choice = {**contained, name: 0} if one else contained
         sizes = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
         scales[name] = [p.scale for p in sizes]
-        first[name] = ScaledParameter(_published(sizes[0], one), sizes[0].unit, sizes[0].scale)
+        first[name] = replace(sizes[0], name=_published(sizes[0], one))
         nearest = _nearest_change(model, name)
         if nearest:
             shape = model.effects[name].parameters[-1]
             scales[name] = [nearest]
-            first[name] = ScaledParameter(f"change of {shape.name}", shape.unit, nearest)
+            first[name] = replace(shape, name=f"change of {shape.name}", scale=nearest)
     return scales, first
 
 

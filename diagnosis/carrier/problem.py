@@ -140,7 +140,7 @@ class CarrierProblem(ComparisonProblem):
         rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
         rho_f = values.get(("flexible_pins", "rho_f"), 0.0)
         size = flexibility(rho_s, rho_f)
-        if not self._is_as_drawn and size > 1.0 + _MESH_ERROR:
+        if CURVE_ERROR not in self.model.contained and size > 1.0 + _MESH_ERROR:
             findings.append(
                 CampaignWarning(
                     "drawing",
@@ -215,11 +215,6 @@ class CarrierProblem(ComparisonProblem):
     def unit(self) -> str:
         """Unit of the channels."""
         return "m"
-
-    @property
-    def n_channels(self) -> int:
-        """Signals that are compared."""
-        return len(self.noise)
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -326,14 +321,8 @@ class CarrierProblem(ComparisonProblem):
 
     def _class_table(self) -> CarrierTable | None:
         """Made anew each time: products of hundreds of runs are not kept beside the fits."""
-        return carrier_class_table(
-            self.model,
-            self.campaign,
-            self.records,
-            self.noise,
-            tuple(self.cards),
-            self._quick_theta(()),
-        )
+        of_problem = (self.model, self.campaign, self.records, self.noise)
+        return carrier_class_table(*of_problem, tuple(self.cards), self._quick_theta(()))
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
@@ -367,10 +356,6 @@ class CarrierProblem(ComparisonProblem):
         of_drawing = [bool(body_of_effect(p.effect)) for p in self.parameters(effects)]
         return DERIVATIVE_STD * np.diag(theta)[of_drawing]
 
-    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """Zero: the signals are a closed form."""
-        return 0.0
-
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warnings where records leave the loads at which a law of a file was measured."""
         return beyond_visited(law, self.records, self.model.runs)
@@ -386,12 +371,8 @@ class CarrierProblem(ComparisonProblem):
         """
         records = accumulated_sums(campaign, self.model.source)
         channels = tuple(channel.name for channel in campaign.channels)
-        model = replace(
-            self.model,
-            runs=tuple(run.name for run in campaign.runs),
-            channels=channels,
-            index=records.index,
-        )
+        runs = tuple(run.name for run in campaign.runs)
+        model = replace(self.model, runs=runs, channels=channels, index=records.index)
         noise = np.full(len(channels), self.noise.mean())
         noise[: self.noise.size] = self.noise
         value = {
@@ -425,7 +406,7 @@ class CarrierProblem(ComparisonProblem):
             # Without the derivatives, which are many times as large.
             tables.append((runs, table.columns, table.values))
         columns = np.unique(np.concatenate([used for _, used, _ in tables]))
-        values = np.zeros((len(self.campaign.runs), self.n_channels, columns.size))
+        values = np.zeros((len(self.campaign.runs), self.noise.size, columns.size))
         for runs, used, of_slice in tables:
             values[runs, :, np.searchsorted(columns, used)] = of_slice
         return columns, values
@@ -449,10 +430,8 @@ class CarrierProblem(ComparisonProblem):
             tried = tuple(
                 name for name in effects if name not in of_one or name in choice or name == effect
             )
-            costs = [
-                self._best_of(tried, {**choice, effect: channel})[1]
-                for channel in range(self.n_channels)
-            ]
+            channels = range(self.noise.size)
+            costs = [self._best_of(tried, {**choice, effect: one})[1] for one in channels]
             choice[effect] = int(np.argmin(costs))
         return choice
 
@@ -471,16 +450,11 @@ class CarrierProblem(ComparisonProblem):
             theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
         return theta, self._sums_of_runs(effects, choice, theta).cost
 
-    @property
-    def _is_as_drawn(self) -> bool:
-        """Whether the baseline is the carrier as drawn, which its causes may leave."""
-        return CURVE_ERROR in self.model.contained
-
     def _with_drawing(
         self, sums: CostSums[None], parameters: Sequence[Parameter], theta: FloatArray
     ) -> CostSums[None]:
         """Sums with what the drawing says of the curves, whose orders the fit alone cannot tell."""
-        if not self._is_as_drawn:
+        if CURVE_ERROR not in self.model.contained:
             return sums
         std = np.array([p.prior_std for p in parameters])
         weight = float(self.noise.mean()) / std**2
@@ -523,9 +497,7 @@ class CarrierProblem(ComparisonProblem):
 
 
 def carrier_problem(
-    campaign: Campaign,
-    curves: Mapping[str, DeflectionCurve],
-    measured_laws: Sequence[Law] = (),
+    campaign: Campaign, curves: Mapping[str, DeflectionCurve], measured_laws: Sequence[Law] = ()
 ) -> CarrierProblem:
     """ComparisonProblem of a campaign of kind ``carrier``.
 
@@ -592,9 +564,8 @@ def _by_drawing(
     contained = [curve_error_effect(curves["delta_f"], n_planets, std, radial=radial)]
     rho_f = f"{FLEXIBLE_PINS.id}.rho_f"
     if rho_f not in fixed:
-        fixed[rho_f] = KnownValue(1.0, 0.0)
+        fixed |= {rho_f: KnownValue(1.0, 0.0), f"{PIN_FIT}.w": KnownValue(0.5, 0.5)}
         contained.append(pin_fit_effect(curves))
-        fixed[f"{PIN_FIT}.w"] = KnownValue(0.5, 0.5)
         if STIFF_PINS.id in campaign.baseline.effects:
             contained.append(bond_effect(curves))
             fixed[f"{BOND}.b"] = KnownValue(0.5, 0.5)
@@ -619,24 +590,21 @@ def _experiments(
     recorded /= (nominal, force, force)
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
     kilo = f"{force / 1e3:g} kN"
-    plans: list[tuple[str, list[_Load]]] = [
-        (
-            "steps of 10, 25, 50, 75 and 100 % torque without radial load",
-            [(s, 0.0, 0.0) for s in (0.1, 0.25, 0.5, 0.75, 1.0)],
-        ),
-        (
-            f"five radial loads along z up to {kilo} of both signs at full torque",
-            [(1.0, 0.0, s) for s in shares],
-        ),
-        (
-            f"five radial loads along y up to {kilo} of both signs at full torque",
-            [(1.0, s, 0.0) for s in shares],
-        ),
-        (
-            f"radial loads of {kilo} along y and z at a quarter and at full torque",
-            [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
-        ),
-    ]
+    both_signs = f"up to {kilo} of both signs at full torque"
+    directions = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+    plans: dict[str, list[_Load]] = {
+        "steps of 10, 25, 50, 75 and 100 % torque without radial load": [
+            (s, 0.0, 0.0) for s in (0.1, 0.25, 0.5, 0.75, 1.0)
+        ]
+    }
+    if "ntl_y" in campaign.contract.inputs:
+        plans |= {
+            f"five radial loads along z {both_signs}": [(1.0, 0.0, s) for s in shares],
+            f"five radial loads along y {both_signs}": [(1.0, s, 0.0) for s in shares],
+            f"radial loads of {kilo} along y and z at a quarter and at full torque": [
+                (t, y, z) for t in (0.25, 1.0) for y, z in directions
+            ],
+        }
     experiments = []
 
     def add(text: str, shares_of_loads: Sequence[_Load], *sensors: Channel) -> None:
@@ -644,7 +612,7 @@ def _experiments(
         runs = _steady_runs(campaign, loads, source.speed, sensors)
         experiments.append(CandidateExperiment(text, partial(under, runs)))
 
-    for text, shares_of_loads in plans if "ntl_y" in campaign.contract.inputs else plans[:1]:
+    for text, shares_of_loads in plans.items():
         nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]
         if max(nearest) >= SAME_CONDITION:
             add(text, shares_of_loads)
@@ -684,8 +652,8 @@ def _steady_runs(
 def _refuse_silent_channels(campaign: Campaign) -> None:
     """Refuse channels that say nothing."""
     for channel in campaign.channels:
-        values = [run.signals[channel.name] for run in campaign.runs]
-        measured = [signal[np.isfinite(signal)] for signal in values]
+        signals = [run.signals[channel.name] for run in campaign.runs]
+        measured = [signal[np.isfinite(signal)] for signal in signals]
         if not any(signal.size for signal in measured):
             raise ValueError(
                 f"channel {channel.name}: every sample of every run is missing; expected a "

@@ -15,12 +15,7 @@ from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.refits import (
-    SENSOR_ORDER,
-    PredictedRecord,
-    WiringChecks,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import Fault, PredictedRecord, WiringChecks, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
@@ -67,11 +62,6 @@ class LinearBaseline:
         return linear + [self.model.effects[law] for law in self.laws]
 
     @property
-    def n_of_run(self) -> int:
-        """Number of columns of a run."""
-        return sum(map(_n_columns, self.effects))
-
-    @property
     def is_of_model(self) -> bool:
         """Whether there are any, of the project's model and not of another simulator."""
         return bool(self.effects) and self.campaign.baseline.source == "model"
@@ -87,7 +77,8 @@ class LinearBaseline:
 
     def _groups(self, runs: Sequence[Run]) -> Iterator[list[Run]]:
         """Runs one after the other whose columns are in memory at once; one at least."""
-        most = _MOST_COLUMNS // (8 * self.n_of_run * len(self.campaign.channels))
+        n_columns = sum(map(_n_columns, self.effects))
+        most = _MOST_COLUMNS // (8 * n_columns * len(self.campaign.channels))
         group: list[Run] = []
         for run in runs:
             if group and sum(one.time.size for one in group) + run.time.size > most:
@@ -125,14 +116,13 @@ class LinearBaseline:
         """Bounds of the p parameters; a value that the baseline fixes stays where it is."""
         known = {(p.effect, p.name, p.run): p for p in self.parameters(self.laws)}
         runs = [run.name for run in self.campaign.runs]
-        limits = []
-        for effect in self.effects:
-            for run in runs if effect.per_run else (None,):
-                for parameter in effect.parameters[: _n_columns(effect)]:
-                    unknown = known[effect.id, parameter.name, run]
-                    limits.append((unknown.lower, unknown.upper))
-        lower, upper = np.array(limits).T
-        return lower, upper
+        unknowns = [
+            known[effect.id, parameter.name, run]
+            for effect in self.effects
+            for run in (runs if effect.per_run else (None,))
+            for parameter in effect.parameters[: _n_columns(effect)]
+        ]
+        return np.array([p.lower for p in unknowns]), np.array([p.upper for p in unknowns])
 
     def products(self, orders: Sequence[Sequence[int]]) -> _Products:
         """Products for every order of the sensors, summed run by run."""
@@ -142,7 +132,7 @@ class LinearBaseline:
         square = count = 0.0
         runs = self.campaign.runs
         for number, (run, columns) in enumerate(zip(runs, self.by_run(runs), strict=True)):
-            signals = np.array([run.signals[channel.name] for channel in channels])
+            signals = _signals(run, channels)
             known = np.isfinite(signals)
             signals = np.where(known, signals, 0.0)
             of_run = self.numbers[number]
@@ -186,8 +176,11 @@ class LinearBaseline:
             return ()
         products = self.products(orders)
         squares = [self.solved(products, k)[1] for k in range(len(orders))]
-        best = int(np.argmin(squares))
-        return (_order_rival(self.campaign.channels, orders[best], squares[best]),)
+        best, names = int(np.argmin(squares)), [one.name for one in self.campaign.channels]
+        moved = {names[k]: names[sensor] for k, sensor in enumerate(orders[best]) if k != sensor}
+        signals = ", ".join(f"{signal} at the angle of {other}" for signal, other in moved.items())
+        text, line = f"the signal of {signals}", key_of("[[channels]]", "angle_deg")
+        return (WiringRival(Fault.SENSOR_ORDER, ", ".join(moved), text, squares[best], line),)
 
     @property
     def unchecked(self) -> str:
@@ -203,14 +196,11 @@ class LinearBaseline:
         """Every run with the baseline fitted to all; none where they are unchecked."""
         if not self.is_of_model or self.unchecked:
             return ()
-        theta, _ = self.as_declared()
-        records = []
-        runs = self.campaign.runs
-        for run, columns, numbers in zip(runs, self.by_run(runs), self.numbers, strict=True):
-            predicted = theta[numbers] @ columns
-            measured = [run.signals[channel.name] for channel in self.campaign.channels]
-            records.append(PredictedRecord(run.name, run.time, np.array(measured).T, predicted.T))
-        return tuple(records)
+        (theta, _), runs, channels = self.as_declared(), self.campaign.runs, self.campaign.channels
+        return tuple(
+            PredictedRecord(run.name, run.time, _signals(run, channels).T, (theta[of] @ columns).T)
+            for run, columns, of in zip(runs, self.by_run(runs), self.numbers, strict=True)
+        )
 
     def records(self) -> Iterator[LinearRecord]:
         """Every run with its baseline and its columns; none unless all effects are linear."""
@@ -231,10 +221,9 @@ class LinearBaseline:
         for run, of_sensors, numbers in zip(runs, self.by_run(runs), self.numbers, strict=True):
             columns = np.ascontiguousarray(of_sensors[:, order].transpose(1, 2, 0))
             predicted = np.einsum("p,pnc->nc", theta[numbers[order]], columns)
-            measured = np.array([run.signals[channel.name] for channel in channels]).T
-            yield LinearRecord(
-                run.name, run.time, measured - predicted, predicted, columns, int(is_of_run.sum())
-            )
+            residual = _signals(run, channels).T - predicted
+            n_of_run = int(is_of_run.sum())
+            yield LinearRecord(run.name, run.time, residual, predicted, columns, n_of_run)
 
     def mean_square(self, campaign: Campaign) -> float:
         """Mean square that it leaves once it is fitted to another campaign."""
@@ -248,14 +237,8 @@ class LinearBaseline:
         ) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
             if any(self.model.effects[law].pattern is None for law in laws):
-                return WiringChecks.none()
-            with_those = replace(self, laws=laws, values=values)
-            return replace(
-                WiringChecks.none(),
-                refitted=with_those.mean_square,
-                linear=lambda theta: with_those.records(),
-                has_cheap_refits=True,
-            )
+                return WiringChecks()
+            return replace(self, laws=laws, values=values).checks()
 
         return WiringChecks(
             self.rivals,
@@ -274,6 +257,11 @@ def _n_columns(effect: Effect) -> int:
     return len(effect.parameters) - effect.n_shapes
 
 
+def _signals(run: Run, channels: Sequence[Channel]) -> FloatArray:
+    """Signals of a run, shape (C, n)."""
+    return np.array([run.signals[channel.name] for channel in channels])
+
+
 def _orders(channels: Sequence[Channel]) -> Iterator[tuple[int, ...]]:
     """Other orders of the sensors of each quantity."""
     same = list(range(len(channels)))
@@ -290,13 +278,3 @@ def _orders(channels: Sequence[Channel]) -> Iterator[tuple[int, ...]]:
                 order[member] = sensor
             if order != same:
                 yield tuple(order)
-
-
-def _order_rival(channels: Sequence[Channel], order: Sequence[int], square: float) -> WiringRival:
-    moved = [
-        (channels[k].name, channels[sensor].name) for k, sensor in enumerate(order) if k != sensor
-    ]
-    signals = ", ".join(f"{signal} at the angle of {sensor}" for signal, sensor in moved)
-    about = ", ".join(signal for signal, _ in moved)
-    line = key_of("[[channels]]", "angle_deg")
-    return WiringRival(SENSOR_ORDER, about, f"the signal of {signals}", square, line)

@@ -14,14 +14,9 @@ from scipy.fft import irfft, rfft
 from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    TORQUE_SIGN,
-    ClockDrift,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.load_faults import corrected_rival, with_scaled_inputs
+from carrierflex.diagnosis.wiring.refits import ClockDrift, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.campaign_warning import sample_of
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 
 FloatArray = NDArray[np.float64]
@@ -186,8 +181,6 @@ def element_rivals(
         return ()
     name = next(iter(campaign.contract.inputs))
     corrected = with_scaled_inputs(campaign, {name: (name, -1.0)})
-    square = refitted(corrected)
-    line = sample_of(campaign.runs[0].file, 0)
-    text = f"'{name}' of the other sign"
-    rival = WiringRival(TORQUE_SIGN, name, text, square, line, corrected=corrected)
-    return (rival,) if np.isfinite(square) else ()
+    rival = corrected_rival(Fault.TORQUE_SIGN, name, f"'{name}' of the other sign", corrected)
+    rival = rival.by(refitted)
+    return (rival,) if np.isfinite(rival.mean_square) else ()

@@ -62,11 +62,6 @@ def exponents(
         Amplitudes and their standard deviations; only positive amplitudes are used.
     conditions : mapping of str to ndarray, shape (n,)
         Values of every condition, not negative.
-
-    Returns
-    -------
-    dict of str to Exponent
-        By condition.
     """
     by_condition = {}
     for name, values in conditions.items():
@@ -79,6 +74,7 @@ def exponents(
 def _exponent(
     name: str, size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]
 ) -> Exponent:
+    """Exponent of one condition beside the others."""
     n = size.size
     if n < 2:
         return undetermined(n, "fewer than two points show it")
@@ -92,11 +88,19 @@ def _exponent(
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _SEPARATE_SHARE * np.linalg.norm(centred):
         return undetermined(n, f"{name} changes together with {' and '.join(others)}")
-    return _fitted(
-        np.column_stack([columns[name], design]),
-        np.log(size),
-        np.maximum(error / size, _LEAST_ERROR),
-    )
+    # Weighted least squares; the first column's coefficient.
+    error = np.maximum(error / size, _LEAST_ERROR)
+    X = np.column_stack([columns[name], design]) / error[:, None]
+    y = np.log(size) / error
+    covariance = np.linalg.pinv(X.T @ X)
+    solution = covariance @ (X.T @ y)
+    dof = n - X.shape[1]
+    misfit = float(np.sum((y - X @ solution) ** 2)) / dof if dof > 0 else 1.0
+    std = float(np.sqrt(covariance[0, 0] * max(misfit, 1.0)))
+    law = student_t(dof) if dof > 0 else norm()
+    value, half = float(solution[0]), float(law.ppf(0.975)) * std
+    p_value = float(2.0 * law.sf(abs(value) / std))
+    return Exponent(value, (value - half, value + half), p_value, n)
 
 
 def _column(values: FloatArray) -> FloatArray:
@@ -108,27 +112,9 @@ def _column(values: FloatArray) -> FloatArray:
     return np.asarray(np.log1p(values / largest), dtype=np.float64)
 
 
-def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Exponent:
-    """Weighted least squares; the first column's coefficient."""
-    X = design / error[:, None]
-    y = target / error
-    covariance = np.linalg.pinv(X.T @ X)
-    solution = covariance @ (X.T @ y)
-    dof = len(y) - X.shape[1]
-    misfit = float(np.sum((y - X @ solution) ** 2)) / dof if dof > 0 else 1.0
-    std = float(np.sqrt(covariance[0, 0] * max(misfit, 1.0)))
-    law = student_t(dof) if dof > 0 else norm()
-    half = float(law.ppf(0.975)) * std
-    value = float(solution[0])
-    return Exponent(
-        value, (value - half, value + half), float(2.0 * law.sf(abs(value) / std)), len(y)
-    )
-
-
 def undetermined(n: int, reason: str) -> Exponent:
     """Exponent that `n` pairs of gap and condition do not show, and why."""
-    nan = np.nan
-    return Exponent(nan, (nan, nan), nan, n, reason)
+    return Exponent(np.nan, (np.nan, np.nan), np.nan, n, reason)
 
 
 #: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
@@ -160,33 +146,29 @@ NO_ODD_DRIVE = "no odd drive"
 class FollowedLoad:
     """The load that a gap follows in time."""
 
-    load: Annotated[str, "Name of the input"]
-    is_rate: Annotated[bool, "Whether it follows the load's rate rather than the load"]
-    correlation: Annotated[float, "Size of the correlation"]
+    load: str  # Name of the input
+    is_rate: bool  # Whether it follows the load's rate rather than the load
+    correlation: float  # Size of the correlation
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
     """One statement about where the gap lies."""
 
-    kind: Annotated[str, "ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL"]
-    patterns: Annotated[tuple[str, ...], "Sensor patterns, motion or quantity; largest first"]
-    share: Annotated[float, "Share of the gap"]
-    runs: Annotated[tuple[str, ...], "Runs in which it is significant"]
-    is_in_every_run: Annotated[bool, "Whether these are all runs"]
-    order: Annotated[int | None, "Shaft order; negative: backward motion"] = None
-    band_hz: Annotated[tuple[float, float] | None, "Band of frequency [Hz]"] = None
-    frame: Annotated[str, "Frame that it is fixed to; empty: nothing rotates"] = ""
-    p_value: Annotated[float, "Largest of the significant runs; NaN: unknown"] = np.nan
-    exponents: Annotated[Mapping[str, Exponent], "How it grows, by condition"] = field(
-        default_factory=dict
-    )
-    changes_with: Annotated[
-        str, "Condition with which it changes, though not by a power, or empty"
-    ] = ""
-    follows: Annotated[FollowedLoad | None, "Load that it follows in time"] = None
-    line: Annotated[str, "Line off the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
-    place: Annotated[str, "Where the line lies beside the orders, in words; or empty"] = ""
+    kind: str  # ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL
+    patterns: tuple[str, ...]  # Sensor patterns, motion or quantity; largest first
+    share: float  # Share of the gap
+    runs: tuple[str, ...]  # Runs in which it is significant
+    is_in_every_run: bool  # Whether these are all runs
+    order: int | None = None  # Shaft order; negative: backward motion
+    band_hz: tuple[float, float] | None = None  # Band of frequency [Hz]
+    frame: str = ""  # Frame that it is fixed to; empty: nothing rotates
+    p_value: float = np.nan  # Largest of the significant runs; NaN: unknown
+    exponents: Mapping[str, Exponent] = field(default_factory=dict)  # How it grows, by condition
+    changes_with: str = ""  # Condition with which it changes, though not by a power, or empty
+    follows: FollowedLoad | None = None  # Load that it follows in time
+    line: str = ""  # Line off the orders, ``0.47X`` or ``0.83Hz``, or empty
+    place: str = ""  # Where the line lies beside the orders, in words; or empty
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,10 +241,10 @@ class CellValidation:
 class Scalar:
     """A quantity of interest, one value for every repetition in every condition."""
 
-    name: Annotated[str, "What it is"]
-    unit: Annotated[str, "Its unit"]
-    measured: Annotated[FloatArray, "Measured by repetition, shape (n,)"]
-    predicted: Annotated[FloatArray, "Simulated by repetition, shape (n,)"]
+    name: str  # What it is
+    unit: str  # Its unit
+    measured: FloatArray  # Measured by repetition, shape (n,)
+    predicted: FloatArray  # Simulated by repetition, shape (n,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,12 +262,10 @@ class ScalarGap:
 class Repeatability:
     """How far the gap repeats from one repetition to the next."""
 
-    repetition: Annotated[str, "What repeats: ``revolution``, ``period`` or ``repeat``"]
-    rms: Annotated[
-        float, "RMS by run of what does not repeat, above the noise, in the channels' unit"
-    ]
-    share: Annotated[float, "Its mean square over that of the repeating gap"]
-    largest: Annotated[NonSynchronousCell | None, "Cell with most of it; None where it is noise"]
+    repetition: str  # What repeats: ``revolution``, ``period`` or ``repeat``
+    rms: float  # RMS by run of what does not repeat, above the noise, in the channels' unit
+    share: float  # Its mean square over that of the repeating gap
+    largest: NonSynchronousCell | None  # Cell with most of it; None where it is noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,22 +305,18 @@ ALIASED = "aliased"
 class OffOrderMotion:
     """A line or a band between the shaft's orders, or an order that is read too seldom."""
 
-    id: Annotated[
-        str,
-        "Class: ``nonsynchronous/0.47X``, ``channel/0.47X`` where one channel alone shows it, "
-        "``aliased/99X`` above half the samples of a turn",
-    ]
-    label: Annotated[
-        str,
-        "Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency",
-    ]
-    channels: Annotated[tuple[str, ...], "Channels that show it"]
-    runs: Annotated[tuple[str, ...], "Runs that show it"]
-    is_in_every_run: Annotated[bool, "Whether these are all runs"]
-    band_hz: Annotated[tuple[float, float], "Lowest and highest frequency over lines and runs [Hz]"]
-    mean_square: Annotated[Mapping[str, float], "Mean square over the channels by run"]
-    explained: Annotated[float, "Share of its power that amplitudes fitted to other turns predict"]
-    p_value: Annotated[float, "Probability that noise makes it anywhere in the records"]
+    #: Class: ``nonsynchronous/0.47X``, ``channel/0.47X`` where one channel alone shows it,
+    #: ``aliased/99X`` above half the samples of a turn
+    id: str
+    #: Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency
+    label: str
+    channels: tuple[str, ...]  # Channels that show it
+    runs: tuple[str, ...]  # Runs that show it
+    is_in_every_run: bool  # Whether these are all runs
+    band_hz: tuple[float, float]  # Lowest and highest frequency over lines and runs [Hz]
+    mean_square: Mapping[str, float]  # Mean square over the channels by run
+    explained: float  # Share of its power that amplitudes fitted to other turns predict
+    p_value: float  # Probability that noise makes it anywhere in the records
 
     @property
     def is_aliased(self) -> bool:
@@ -367,24 +343,16 @@ def cell_validations(
     significant = every.chosen(every.are_significant)
     largest = np.argsort(-np.sqrt(significant.mean_squares), kind="stable")
     shown = significant.chosen(largest[:_MOST_CELLS])
-    rows = zip(
-        shown,
-        np.sqrt(shown.mean_squares).tolist(),
-        np.sqrt(np.maximum(_mean_squares_after(shown, map_of(after)), 0.0)).tolist(),
-        np.sqrt(numerical**2 + shown.noise).tolist(),
-        strict=True,
+    errors = np.sqrt(
+        [
+            shown.mean_squares,
+            np.maximum(_mean_squares_after(shown, map_of(after)), 0.0),
+            numerical**2 + shown.noise,
+        ]
     )
     return tuple(
-        CellValidation(
-            channel_pattern=cell.channel_pattern,
-            order=cell.order,
-            run=cell.run,
-            error_before=error_before,
-            error_after=error_after,
-            u_val=u_val,
-            is_beyond=error_before > u_val,
-        )
-        for cell, error_before, error_after, u_val in rows
+        CellValidation(one.channel_pattern, one.order, one.run, error, with_effects, u, error > u)
+        for one, (error, with_effects, u) in zip(shown, errors.T.tolist(), strict=True)
     )
 
 

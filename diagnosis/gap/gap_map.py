@@ -10,8 +10,8 @@ amplitudes to its samples: white noise of variance s² leaves ``s² times amplit
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Annotated, overload
+from itertools import accumulate, pairwise
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,27 +57,16 @@ def significant(cells: Iterable[GapCell]) -> list[GapCell]:
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """First cells of a list that together hold 80 % of its gap; at least one where there is any."""
     required = _MOST_OF_THE_GAP * sum(cell.coherent for cell in cells)
-    covered = 0.0
-    chosen: list[GapCell] = []
-    for cell in cells:
-        chosen.append(cell)
-        covered += cell.coherent
-        if covered >= required:
-            break
-    return chosen
+    covered = accumulate(cell.coherent for cell in cells)
+    enough = next((n for n, share in enumerate(covered, start=1) if share >= required), len(cells))
+    return list(cells[:enough])
 
 
 def band_edges_hz(duration: float, highest_hz: float, n_bands: int) -> FloatArray:
     """Ends of bands of frequency [Hz], evenly wide on a logarithmic axis, shape (n_bands + 1,).
 
-    Parameters
-    ----------
-    duration : float
-        Longest block [s]: the first band holds its mean and its first line.
-    highest_hz : float
-        End of the last band [Hz], above half the sampling frequency.
-    n_bands : int
-        Bands.
+    The first band holds the mean and the first line of the longest block, whose `duration` is in
+    seconds; the last ends above half the sampling frequency.
     """
     return np.concatenate([[0.0], np.geomspace(1.5 / duration, highest_hz, n_bands)])
 
@@ -108,18 +97,13 @@ def block_powers(
     Parameters
     ----------
     signals : ndarray, shape (n, n_columns)
-        Signals; samples outside all blocks do not count.
+        Signals; a block in which one is infinite has infinite sums.
     block : ndarray of int, shape (n,)
-        Block of every sample, from 0; -1 outside.
+        Block of every sample, from 0; -1 outside, where none counts.
     step : float
         Distance of the samples [s].
     edges_hz : ndarray, shape (n_bands + 1,)
         Ends of the bands [Hz].
-
-    Returns
-    -------
-    ndarray
-        In the square of the signals' unit; infinite for blocks in which a signal is.
     """
     powers = []
     for number in range(int(block.max()) + 1):
@@ -178,25 +162,18 @@ def drawn_counts(n: int) -> FloatArray:
 class CellTable:
     """Cells of the runs whose repetitions are drawn together."""
 
-    runs: Annotated[tuple[str, ...], "Runs"]
-    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
-    orders: Annotated[FloatArray, "Shaft orders, lines, or middles of bands, shape (n_orders,)"]
-    mean_square: Annotated[
-        FloatArray, "Mean square of the gap, shape (n_runs, n_patterns, n_orders)"
-    ]
-    coherent: Annotated[FloatArray, "The same less the noise"]
-    p_value: Annotated[FloatArray, "Probability of each without a gap, not adjusted"]
-    draws: Annotated[
-        Callable[[], FloatArray],
-        "``() -> coherent part`` in N_DRAWS bootstrap draws of the repetitions; not made before "
-        "the intervals are, for those of many runs are more than their map",
-    ]
-    bands_hz: Annotated[
-        FloatArray | None, "Ends of the band behind every order [Hz], shape (n_orders, 2)"
-    ] = None
-    used: Annotated[
-        BoolArray | None, "Cells that exist; default: all, shape (n_patterns, n_orders)"
-    ] = None
+    runs: tuple[str, ...]  # Runs
+    patterns: tuple[str, ...]  # Channels or sensor patterns
+    orders: FloatArray  # Shaft orders, lines, or middles of bands, shape (n_orders,)
+    mean_square: FloatArray  # Mean square of the gap, shape (n_runs, n_patterns, n_orders)
+    coherent: FloatArray  # The same less the noise
+    p_value: FloatArray  # Probability of each without a gap, not adjusted
+    #: ``() -> coherent part`` in N_DRAWS bootstrap draws of the repetitions; not made before the
+    #: intervals are, for those of many runs are more than their map
+    draws: Callable[[], FloatArray]
+    #: Ends of the band behind every order [Hz], shape (n_orders, 2)
+    bands_hz: FloatArray | None = None
+    used: BoolArray | None = None  # Cells that exist; default: all, shape (n_patterns, n_orders)
 
     def is_used(self) -> BoolArray:
         """Cells that exist, shape (n_runs, n_patterns, n_orders)."""
@@ -209,14 +186,12 @@ class CellTable:
 class GapMap(Sequence[GapCell]):
     """Cells of a map, each made when it is looked at: those of many runs are a million."""
 
-    runs: Annotated[tuple[str, ...], "Names of runs that the cells point to"]
-    patterns: Annotated[tuple[str, ...], "Names of patterns that the cells point to"]
-    indices: Annotated[IntArray, "Number of the run and of the pattern of every cell, shape (n, 2)"]
-    values: Annotated[
-        FloatArray,
-        "Order, mean square, coherent part, share, both ends of its interval, p-value, both "
-        "ends of the band; NaN where there is no band, shape (n, 9)",
-    ]
+    runs: tuple[str, ...]  # Names of runs that the cells point to
+    patterns: tuple[str, ...]  # Names of patterns that the cells point to
+    indices: IntArray  # Number of the run and of the pattern of every cell, shape (n, 2)
+    #: Order, mean square, coherent part, share, both ends of its interval, p-value, both ends of
+    #: the band; NaN where there is no band, shape (n, 9)
+    values: FloatArray
 
     @property
     def orders(self) -> FloatArray:
@@ -330,21 +305,16 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     if not tables:
         return ()
     total = sum(float(table.coherent.sum()) for table in tables)
-    p_values = _adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
-    runs: dict[str, int] = {}
-    patterns: dict[str, int] = {}
-    numbers = []
-    values = []
-    first = 0
-    for table in tables:
+    p_values = adjusted_together([table.p_value[table.is_used()] for table in tables])
+    runs = list(dict.fromkeys(name for table in tables for name in table.runs))
+    patterns = list(dict.fromkeys(name for table in tables for name in table.patterns))
+    numbers, values = [], []
+    for table, of_table in zip(tables, p_values, strict=True):
         used = np.argwhere(table.is_used())
-        of_runs = np.array([runs.setdefault(name, len(runs)) for name in table.runs])
-        of_patterns = np.array(
-            [patterns.setdefault(name, len(patterns)) for name in table.patterns]
-        )
+        of_runs = np.array([runs.index(name) for name in table.runs])
+        of_patterns = np.array([patterns.index(name) for name in table.patterns])
         numbers.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
-        values.append(_values(table, used, total, p_values[first : first + len(used)]))
-        first += len(used)
+        values.append(_values(table, used, total, of_table))
     every = np.concatenate(values)
     largest = np.argsort(-every[:, _COHERENT], kind="stable")
     return GapMap(tuple(runs), tuple(patterns), np.concatenate(numbers)[largest], every[largest])
@@ -352,25 +322,12 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
 
 def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
     """Values of the cells in use of one table, as a map has them."""
-    low, high = _share_intervals(table, total)
-    share = table.coherent / (total if total > 0.0 else np.nan)
-    bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
-    at = tuple(used.T)
-    return np.column_stack(
-        [
-            table.orders[used[:, 2]],
-            *(values[at] for values in (table.mean_square, table.coherent, share, low, high)),
-            p_values,
-            bands[used[:, 2]],
-        ]
-    )
-
-
-def _share_intervals(table: CellTable, total: float) -> tuple[FloatArray, FloatArray]:
-    """Both ends of the 95 % interval of every share; each draw has its own total."""
-    others = total - float(table.coherent.sum())
-    draws = table.draws()
+    # Each draw has its own total.
+    draws, others = table.draws(), total - float(table.coherent.sum())
     drawn_total = draws.sum(axis=(1, 2, 3), keepdims=True) + others
     shares = draws / np.where(drawn_total > 0.0, drawn_total, np.nan)
     low, high = np.quantile(shares, (0.025, 0.975), axis=0)
-    return low, high
+    share = table.coherent / (total if total > 0.0 else np.nan)
+    bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
+    of_cells = [one[tuple(used.T)] for one in (table.mean_square, table.coherent, share, low, high)]
+    return np.column_stack([table.orders[used[:, 2]], *of_cells, p_values, bands[used[:, 2]]])

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +24,13 @@ _TERMS = 2
 
 def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMoment, ...]:
     """RMS in windows of up to 20 repetitions, of their mean squares; NaN where unknown."""
-    n = time.size
-    length = max(1, min(_WINDOW, n - _FEWEST_WINDOWS + 1))
-    moments = []
-    for first in range(n - length + 1):
-        window = square[first : first + length]
-        if np.isfinite(window).any():
-            middle = float(time[first : first + length].mean())
-            moments.append(GapMoment(run, middle, float(np.sqrt(np.nanmean(window)))))
-    return tuple(moments)
+    length = max(1, min(_WINDOW, time.size - _FEWEST_WINDOWS + 1))
+    windows = [slice(first, first + length) for first in range(time.size - length + 1)]
+    return tuple(
+        GapMoment(run, float(time[some].mean()), float(np.sqrt(np.nanmean(square[some]))))
+        for some in windows
+        if np.isfinite(square[some]).any()
+    )
 
 
 def block_rms(records: Sequence[Any], residuals: Sequence[FloatArray]) -> tuple[GapMoment, ...]:
@@ -62,17 +60,10 @@ class _Trend:
 
 
 def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
-    """Quadratic trend of complex amplitudes over a run.
+    """Quadratic trend of complex amplitudes, shape (R, ...), over the times of R repetitions [s].
 
     ``F = (SS_trend / 2) / (SS_rest / (R - 3))``, complex amplitudes with twice the degrees of
     freedom.
-
-    Parameters
-    ----------
-    time : ndarray, shape (R,)
-        Middle of every repetition [s].
-    amplitudes : ndarray of complex, shape (R, ...)
-        Amplitudes.
     """
     n = time.size
     shape = amplitudes.shape[1:]
@@ -87,28 +78,25 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
     explained = (np.abs(fitted) ** 2).sum(axis=0)
     total = (np.abs(centred) ** 2).sum(axis=0)
     degrees = np.where(np.abs(flat.imag).max(axis=0) == 0.0, 1.0, 2.0)
-    rest = np.maximum(total - explained, np.finfo(float).tiny)
-    ratio = explained / _TERMS / (rest / (n - _TERMS - 1))
+    scatter = np.maximum(total - explained, np.finfo(float).tiny)
+    ratio = explained / _TERMS / (scatter / (n - _TERMS - 1))
     p_value = fisher_f.sf(ratio, degrees * _TERMS, degrees * (n - _TERMS - 1))
     change = np.abs(fitted[-1] - fitted[0])
-    return _Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
+    return _Trend(*(one.reshape(shape) for one in (change, explained / n, p_value)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _RunCells:
     """Cells of a run, or of runs of one condition; all values have one shape."""
 
-    run: Annotated[str, "Name of the run or runs"]
-    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
-    orders: Annotated[FloatArray, "Orders, lines or middles of bands, shape (n_orders,)"]
-    p_value: Annotated[FloatArray, "By chance, not adjusted, shape (n_patterns, n_orders)"]
-    used: Annotated[BoolArray | None, "Cells that exist; default: all"] = None
+    run: str  # Name of the run or runs
+    patterns: tuple[str, ...]  # Channels or sensor patterns
+    orders: FloatArray  # Orders, lines or middles of bands, shape (n_orders,)
+    p_value: FloatArray  # By chance, not adjusted, shape (n_patterns, n_orders)
+    used: BoolArray | None = None  # Cells that exist; default: all
 
-    def known_p_values(self) -> FloatArray:
-        """P-values of the cells that exist, shape (n,)."""
-        return self.p_value[self._is_used()]
-
-    def _is_used(self) -> BoolArray:
+    def is_used(self) -> BoolArray:
+        """Cells that exist, shape (n_patterns, n_orders)."""
         return np.ones(self.p_value.shape, dtype=bool) if self.used is None else self.used
 
     def beyond(self, p_values: FloatArray, *values: FloatArray) -> Iterator[tuple[Any, ...]]:
@@ -116,7 +104,7 @@ class _RunCells:
 
         `p_values` are the adjusted ones of all cells that exist.
         """
-        for (p, n), p_value in zip(np.argwhere(self._is_used()), p_values.tolist(), strict=True):
+        for (p, n), p_value in zip(np.argwhere(self.is_used()), p_values.tolist(), strict=True):
             if p_value < SIGNIFICANCE:
                 row = [float(value[p, n]) for value in values]
                 yield (self.run, self.patterns[p], float(self.orders[n]), *row, p_value)
@@ -126,28 +114,25 @@ class _RunCells:
 class DriftTable(_RunCells):
     """Trends of all cells of a run."""
 
-    change: Annotated[FloatArray, "Amplitude of the change"]
-    share: Annotated[FloatArray, "Share of the mean square that the trend makes up"]
+    change: FloatArray  # Amplitude of the change
+    share: FloatArray  # Share of the mean square that the trend makes up
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScatterTable(_RunCells):
     """Mean square of all cells that does not repeat."""
 
-    measured: Annotated[FloatArray, "In the measured signal"]
-    simulated: Annotated[FloatArray, "In the simulated signal"]
-    gap: Annotated[FloatArray, "In the gap"]
-    noise: Annotated[FloatArray, "By the noise alone"]
+    measured: FloatArray  # In the measured signal
+    simulated: FloatArray  # In the simulated signal
+    gap: FloatArray  # In the gap
+    noise: FloatArray  # By the noise alone
 
 
 def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
-    """Trends beyond chance among those of all cells, largest change first.
-
-    P-values are adjusted here.
-    """
+    """Trends beyond chance, their p-values adjusted, among those of all cells, largest first."""
     if not tables:
         return ()
-    by_table = adjusted_together([table.known_p_values() for table in tables])
+    by_table = adjusted_together([table.p_value[table.is_used()] for table in tables])
     rows = [
         Drift(*row)
         for table, p_values in zip(tables, by_table, strict=True)
@@ -177,7 +162,7 @@ def significant_non_synchronous(
 
     P-values are adjusted here; NaN where they are unknown.
     """
-    raw = [table.known_p_values() for table in tables]
+    raw = [table.p_value[table.is_used()] for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
     *by_table, of_others = adjusted_together(raw)
     rows = [

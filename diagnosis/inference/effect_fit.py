@@ -32,7 +32,7 @@ from carrierflex.identification.estimation.several_starts import (
 )
 
 #: Distance from a bound, in scales of the parameter, that counts as on it.
-_ON_BOUND = 1e-6
+ON_BOUND = 1e-6
 _STOP_RULE = StopRule()
 
 
@@ -86,14 +86,8 @@ class EffectFit:
 
     @property
     def known(self) -> dict[tuple[str, str], float]:
-        """Values by effect and name, runs' own by ``name of run``.
-
-        What a larger set starts from.
-        """
-        return {
-            parameter_key(parameter): float(value)
-            for parameter, value in zip(self.parameters, self.theta, strict=True)
-        }
+        """Values by effect and name, from which a larger set starts."""
+        return dict(zip(map(parameter_key, self.parameters), self.theta.tolist(), strict=True))
 
     @property
     def is_free(self) -> BoolArray:
@@ -178,7 +172,12 @@ def fit_effects(
         # The most promising start led astray; the warm start cannot.
         theta, cost, sums = cost_of.minimised(candidates[0])
     parameters = problem.parameters(effects)
-    at_bound = _bound_hits(parameters, theta)
+    margin = np.array([ON_BOUND * parameter.scale for parameter in parameters])
+    bounds = Bounds(*bounds_of(parameters))
+    is_limit = np.array([parameter.may_reach_lower for parameter in parameters], dtype=bool)
+    is_limit &= theta <= bounds.lower + margin
+    # A value that is held stands on no bound.
+    at_bound = bounds.hits(theta, margin) & (bounds.lower < bounds.upper) & ~is_limit
     at_bound |= _are_absent(cost_of, parameters, theta, sums)
     fit = EffectFit(effects, parameters, theta, cost, sums, cost_of.prior, at_bound)
     if best is not None and costs_more(cost, best.cost):
@@ -191,14 +190,14 @@ def _whole_cost(
 ) -> "SegmentCost":
     """Cost of all segments with every parameter free."""
     parameters = problem.parameters(effects)
-    return SegmentCost(
-        problem,
-        effects,
-        _prior_of(problem, parameters, effects),
-        chosen=np.ones(len(problem.segments), dtype=bool),
-        free=np.ones(len(parameters), dtype=bool),
-        stop=stop,
-    )
+    # The noise variance over the prior's variance.
+    variance = problem.noise_floor_square
+    weight = np.array([variance / parameter.prior_std**2 for parameter in parameters])
+    mean = np.array([parameter.prior_mean for parameter in parameters])
+    may_be_absent = np.array([parameter.effect in effects for parameter in parameters], dtype=bool)
+    everywhere, free = np.ones(len(problem.segments), dtype=bool), np.ones(mean.size, dtype=bool)
+    prior = Prior(weight, mean, may_be_absent)
+    return SegmentCost(problem, effects, prior, everywhere, free, stop)
 
 
 def _best_start(cost_of: "SegmentCost", candidates: Sequence[FloatArray]) -> FloatArray:
@@ -264,27 +263,6 @@ def mean_square_of(problem: ComparisonProblem, effects: Effects = ()) -> float:
     cost_of = _whole_cost(problem, effects)
     theta, cost = cost_of.least(_best_start(cost_of, problem.starts(effects, {})))
     return float((cost - cost_of.prior.cost(theta)) / problem.cell_counts.sum())
-
-
-def _prior_of(
-    problem: ComparisonProblem, parameters: Sequence[Parameter], effects: Effects
-) -> Prior:
-    """Prior of a set: weights are the noise variance over the prior's variance."""
-    variance = problem.noise_floor_square
-    weight = np.array([variance / parameter.prior_std**2 for parameter in parameters])
-    mean = np.array([parameter.prior_mean for parameter in parameters])
-    may_be_absent = np.array([parameter.effect in effects for parameter in parameters], dtype=bool)
-    return Prior(weight, mean, may_be_absent)
-
-
-def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:
-    """Which parameters of added effects stand on a physical bound."""
-    margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
-    bounds = Bounds(*bounds_of(parameters))
-    is_limit = np.array([parameter.may_reach_lower for parameter in parameters], dtype=bool)
-    is_limit &= theta <= bounds.lower + margin
-    # A value that is held stands on no bound.
-    return bounds.hits(theta, margin) & (bounds.lower < bounds.upper) & ~is_limit
 
 
 def _are_absent(

@@ -1,7 +1,7 @@
-"""How far the gap shrinks on held-out records: accepted laws with intervals, given laws in turn."""
+"""How far the gap shrinks on held-out records by the accepted laws, with intervals."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,9 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.law_fits import (
     Fold,
-    HeldOut,
     LawFits,
     explained_share,
     fold_thetas,
-    law_fits,
 )
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
@@ -30,7 +28,7 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
-from carrierflex.diagnosis.inference.thresholds import INTERVAL, Thresholds
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.resampling import two_level_counts
 
@@ -44,18 +42,16 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
     segments, intervals by the two-level bootstrap (conditions, then segments).
     """
     problem = search.problem
-    before, after = _baseline_score(search), search.score(accepted)
-    if not accepted:
-        after = before
+    before = _baseline_square(search)
+    after = search.score(accepted) if accepted else before
     rho, rho_draws, phi, phi_draws = _ratios(search, before, after)
     floor = float(np.sqrt(search.floor))
     n_samples = problem.cell_counts.sum()
-    rms = [float(np.sqrt(score.square.sum() / n_samples)) for score in (before, after)]
-    cells_before = problem.gap_cells(before.fit.effects, before.fit.theta)
+    rms = [float(np.sqrt(square.sum() / n_samples)) for square in (before, after)]
+    baseline, fit = search.fit(()), search.fit(accepted)
+    cells_before = problem.gap_cells((), baseline.theta)
     # One map where nothing is accepted: of hundreds of runs it holds a million cells.
-    cells_after = (
-        problem.gap_cells(after.fit.effects, after.fit.theta) if accepted else cells_before
-    )
+    cells_after = problem.gap_cells(fit.effects, fit.theta) if accepted else cells_before
     return GapReduction(
         rms_before=rms[0],
         rms_after=rms[1],
@@ -69,43 +65,37 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
         steps=_steps(search, accepted, before),
         cells_before=cells_before,
         cells_after=cells_after,
-        validation=_validation(problem, cells_before, cells_after, after.fit),
-        blocks=_block_scores(problem, before),
+        validation=_validation(problem, cells_before, cells_after, fit),
+        blocks=tuple(
+            BlockScore(one.run, one.condition, one.block, one.n_samples, square)
+            for one, square in zip(problem.segments, _by_sample(problem, before), strict=True)
+        ),
     )
 
 
-def _baseline_score(search: LawFits) -> HeldOut:
-    """Score of the baseline: held out, or where that exceeds the signal, fitted to all records."""
+def _by_sample(problem: ComparisonProblem, square: FloatArray) -> list[float]:
+    """Mean squares of the samples of every segment."""
+    n_samples = np.array([segment.n_samples for segment in problem.segments])
+    return (square / np.maximum(n_samples, 1)).tolist()
+
+
+def _baseline_square(search: LawFits) -> FloatArray:
+    """Squares of the baseline: held out, or where they exceed the signal, of the fit to all."""
     # A baseline that other records do not determine (mass and spring at one frequency) may predict
     # held-out ones worse than no motion would be; that is no gap which a cause could close.
-    problem, score = search.problem, search.score(())
-    if not score.square.sum() > problem.signal_square:
-        return score
+    problem, square = search.problem, search.score(())
+    if not square.sum() > problem.signal_square:
+        return square
     everywhere = np.ones(len(problem.segments), dtype=bool)
-    fitted = problem.squares((), score.fit.theta, everywhere).sum(axis=1)
-    return replace(score, square=fitted)
+    return problem.squares((), search.fit(()).theta, everywhere).sum(axis=1)
 
 
-def _block_scores(problem: ComparisonProblem, score: HeldOut) -> tuple[BlockScore, ...]:
-    """Held-out mean square of every block."""
-    return tuple(
-        BlockScore(
-            segment.run,
-            segment.condition,
-            segment.block,
-            segment.n_samples,
-            square / max(segment.n_samples, 1),
-        )
-        for segment, square in zip(problem.segments, score.square.tolist(), strict=True)
-    )
-
-
-def _rho(before: HeldOut, after: HeldOut) -> float:
-    return float(np.sqrt(after.square.sum() / before.square.sum()))
+def _rho(before: FloatArray, after: FloatArray) -> float:
+    return float(np.sqrt(after.sum() / before.sum()))
 
 
 def _ratios(
-    search: LawFits, before: HeldOut, after: HeldOut
+    search: LawFits, before: FloatArray, after: FloatArray
 ) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
     counts = two_level_counts(
@@ -114,15 +104,17 @@ def _ratios(
         rng=np.random.default_rng(_SEED + search.thresholds.seed),
     )
     noise = search.problem.noise_square.sum(axis=1)
-    sums = [counts @ values for values in (before.square, after.square, noise)]
+    sums = [counts @ values for values in (before, after, noise)]
     phi_draws = np.array([explained_share(b, a, n) for b, a, n in zip(*sums, strict=True)])
-    phi = explained_share(before.square.sum(), after.square.sum(), noise.sum())
+    phi = explained_share(before.sum(), after.sum(), noise.sum())
     return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
 
 
-def _taken(problem: ComparisonProblem, before: HeldOut, after: HeldOut) -> Mapping[str, Any]:
-    """What an effect takes by run, and in the halves of the runs: RMS, negative where it harms."""
-    square = before.square - after.square
+def _taken(problem: ComparisonProblem, square: FloatArray) -> Mapping[str, Any]:
+    """RMS that an effect takes by run, and in the halves of the runs; negative where it harms.
+
+    `square` is what the squares are less by with it, shape (n_segments,).
+    """
     samples = np.array([segment.n_samples for segment in problem.segments])
     runs = np.array([segment.run for segment in problem.segments])
     block = np.array([segment.block for segment in problem.segments])
@@ -148,9 +140,9 @@ def _interval(draws: FloatArray) -> Interval:
     return float(low), float(high)
 
 
-def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[SelectionStep, ...]:
+def _steps(search: LawFits, accepted: Effects, base: FloatArray) -> tuple[SelectionStep, ...]:
     """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
-    rms = float(np.sqrt(base.square.sum() / search.problem.cell_counts.sum()))
+    rms = float(np.sqrt(base.sum() / search.problem.cell_counts.sum()))
     steps = [SelectionStep("baseline", rms, 1.0, NO_INTERVAL)]
     inside: Effects = ()
     phi, phi_draws = 0.0, np.zeros(1)
@@ -169,7 +161,7 @@ def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[Selection
                 _interval(search.reduction_draws(base, score)),
                 share=new_phi - phi,
                 share_ci95=_interval(new_draws - phi_draws),
-                **_taken(search.problem, without, score),
+                **_taken(search.problem, without - score),
             )
         )
         phi, phi_draws = new_phi, new_draws
@@ -179,14 +171,12 @@ def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[Selection
 def _extrapolation(search: LawFits, accepted: Effects) -> float:
     """Ratio of RMS in the condition with the largest gap, predicted from all others."""
     problem = search.problem
-    base = search.score(())
-    counts = np.array([segment.n_samples for segment in problem.segments])
-    fold = _extrapolation_fold(problem.segments, base.square / counts)
+    fold = _extrapolation_fold(problem.segments, _by_sample(problem, search.score(())))
     if fold is None or not accepted:
         return float("nan")
     squares = []
     for effects in ((), accepted):
-        fit = search.score(effects).fit
+        fit = search.fit(effects)
         (theta,) = fold_thetas(problem, fit, fold)
         # The fit may hold the same effects in another order.
         squares.append(problem.squares(fit.effects, theta, fold.held_out)[fold.held_out].sum())
@@ -205,67 +195,19 @@ def _extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fo
 
 
 def _validation(
-    problem: ComparisonProblem,
-    before: Sequence[GapCell],
-    after: Sequence[GapCell],
-    fit: EffectFit,
+    problem: ComparisonProblem, before: Sequence[GapCell], after: Sequence[GapCell], fit: EffectFit
 ) -> tuple[RunValidation, ...]:
     """Comparison error by run."""
     numerical = problem.numerical_error(fit.effects, fit.theta)
-    errors = [_by_run(cells, lambda cell: cell.coherent) for cells in (before, after)]
-    noise = _by_run(after, lambda cell: max(cell.mean_square - cell.coherent, 0.0))
-    return tuple(
-        RunValidation(
-            run,
-            float(np.sqrt(max(errors[0].get(run, 0.0), 0.0))),
-            float(np.sqrt(max(errors[1].get(run, 0.0), 0.0))),
-            float(np.sqrt(numerical**2 + noise.get(run, 0.0))),
-        )
-        for run in dict.fromkeys(segment.run for segment in problem.segments)
-    )
-
-
-def _by_run(cells: Sequence[GapCell], value: Callable[[GapCell], float]) -> dict[str, float]:
-    """Sum of a value of the cells of each run."""
-    sums: dict[str, float] = {}
-    for cell in cells:
-        sums[cell.run] = sums.get(cell.run, 0.0) + value(cell)
-    return sums
-
-
-@dataclass(frozen=True, eq=False)
-class EffectsInTurn:
-    """What every effect of a list is worth on held-out records."""
-
-    effects: Effects  # Effect ids in the order they are added; n_effects
-    #: Held-out RMS: baseline, then after each addition, in the unit of the channels, shape
-    #: (n_effects + 1,)
-    rms: FloatArray
-    rms_alone: FloatArray  # Held-out RMS of the baseline and one effect, shape (n_effects,)
-    #: Share of the mean square above the noise floor that is explained, shape (n_effects + 1,)
-    phi: FloatArray
-    noise_floor: float  # RMS that no model can go below
-
-    @property
-    def rho(self) -> FloatArray:
-        """RMS over the baseline's, shape (n_effects + 1,)."""
-        return self.rms / self.rms[0]
-
-
-def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score effects on held-out records, each added in turn and each alone."""
-    unknown = [effect for effect in effects if effect not in problem.cards]
-    if unknown:
-        raise ValueError(
-            f"effects {', '.join(unknown)}; expected candidates of the problem: "
-            f"{', '.join(problem.cards)}"
-        )
-    search = law_fits(problem, Thresholds())
-    squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
-    return EffectsInTurn(
-        effects=tuple(effects),
-        rms=np.sqrt(squares),
-        rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
-        phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
-        noise_floor=float(np.sqrt(search.floor)),
-    )
+    sums: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0.0])
+    for cell in before:
+        sums[cell.run][0] += cell.coherent
+    for cell in after:
+        sums[cell.run][1] += cell.coherent
+        sums[cell.run][2] += max(cell.mean_square - cell.coherent, 0.0)
+    rows = []
+    for run in dict.fromkeys(segment.run for segment in problem.segments):
+        *coherent, noise = sums[run]
+        squares = np.maximum([*coherent, numerical**2 + noise], 0.0)
+        rows.append(RunValidation(run, *np.sqrt(squares).tolist()))
+    return tuple(rows)

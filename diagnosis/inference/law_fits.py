@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.effect_fit import (
     SegmentCost,
     fit_effects,
 )
-from carrierflex.diagnosis.inference.results import RankedSet, Rejection
+from carrierflex.diagnosis.inference.results import RankedSet
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import StopRule
@@ -46,14 +46,6 @@ class Fold:
     held_out: BoolArray  # Segments that fit nothing that runs share, shape (n_segments,)
     #: Held-out segments that are scored together, in turn; the others fit the values of their runs
     scored: tuple[BoolArray, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class HeldOut:
-    """Held-out score of one set of effects."""
-
-    fit: EffectFit  # Fit to all segments
-    square: FloatArray  # Sum of squared held-out residuals, shape (n_segments,)
 
 
 def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
@@ -117,23 +109,6 @@ def _acts_elsewhere(fit: EffectFit, chosen: BoolArray) -> BoolArray:
     return np.asarray(variance < Thresholds().surviving_share ** 2 * of_chosen)
 
 
-def reduction_draws(
-    before: FloatArray,
-    after: FloatArray,
-    groups: Sequence[str],
-    *,
-    n_samples: int,
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Draws of RMS after / before by the two-level bootstrap, shape (n_samples,).
-
-    Conditions, then segments within them; with fewer than three conditions segments alone.
-    """
-    counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.sqrt((counts @ after) / (counts @ before))
-
-
 @dataclass(eq=False)
 class LawFits:
     """Sets of laws fitted so far, each once."""
@@ -144,14 +119,15 @@ class LawFits:
     note: Callable[[str], None]  # Told what is tried, for progress
     #: Where sets that do not wait for each other are fitted and scored; None in this process
     executor: Executor | None = None
-    scores: dict[Effects, HeldOut] = field(default_factory=dict)  # Held-out scores by sorted set
-    #: Fits by sorted set, also of those that were not worth a held-out score
+    #: Sums of squared held-out residuals by sorted set, shape (n_segments,)
+    scores: dict[Effects, FloatArray] = field(default_factory=dict)
+    #: Fits to all segments by sorted set, also of those that were not worth a held-out score
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
     #: Sets whose search ended above a set they contain, and how; none of them is supported
     failed_searches: dict[Effects, str] = field(default_factory=dict)
 
-    def score(self, effects: Effects) -> HeldOut:
-        """Score of a set, fitted now where it was not yet."""
+    def score(self, effects: Effects) -> FloatArray:
+        """Held-out squares of a set, which is fitted now where it was not yet."""
         self.score_all([effects])
         return self.scores[tuple(sorted(effects))]
 
@@ -198,22 +174,9 @@ class LawFits:
         futures = [self.executor.submit(task, *arguments(key)) for key in keys]
         return (future.result() for future in futures)
 
-    def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
-        """Whether a step is a large enough part of the gap, or clears what exceeds the floor."""
-        limits = self.thresholds
-        clears = (
-            explained_share(before, after, floor) >= limits.clears
-            and before >= limits.stands_out**2 * floor
-        )
-        return clears or before - after >= limits.material * total_gap
-
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
-        return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
-
-    def fitted_square(self, effects: Effects) -> float:
-        """Square that a set leaves of all records it is fitted to."""
-        return float(self.scores[effects].fit.sums.square.sum())
+        return float(self.score(effects).sum() / self.problem.cell_counts.sum())
 
     @property
     def is_at_floor(self) -> bool:
@@ -225,8 +188,8 @@ class LawFits:
         """Mean square of the noise."""
         return self.problem.noise_floor_square
 
-    def rejection(self, effects: Effects) -> Rejection | None:
-        """Why a set is not supported; None where every effect in it is.
+    def rejection(self, effects: Effects) -> str:
+        """Why a set is not supported; empty where every effect in it is.
 
         The search of a set must have converged; an effect must keep off its physical bounds,
         explain at least the share `explained` of the gap left without it and, beside others, a
@@ -234,61 +197,53 @@ class LawFits:
         or leave it as it is where the drawn conditions do not call for it
         (:class:`carrierflex.diagnosis.inference.thresholds.Thresholds`).
         """
-        score = self.score(effects)
-        failure = self.failed_searches.get(tuple(sorted(effects)))
-        if failure is not None:
-            return Rejection("search", "", failure)
-        for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
+        square = self.score(effects)
+        if failure := self.failed_searches.get(tuple(sorted(effects))):
+            return failure
+        fit = self.fit(effects)
+        for parameter, hit in zip(fit.parameters, fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
-                text = (
+                return (
                     f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
                 )
-                return Rejection("bound", parameter.effect, text)
         others = {effect: tuple(e for e in effects if e != effect) for effect in effects}
         # Sets that are scored already come first: they may settle it without another fit.
         by_scored = sorted(effects, key=lambda effect: others[effect] not in self.scores)
-        rejections = (self._member_rejection(score, effect, others[effect]) for effect in by_scored)
-        return next((rejection for rejection in rejections if rejection), None)
+        rejections = (self._member_rejection(square, one, others[one]) for one in by_scored)
+        return next((rejection for rejection in rejections if rejection), "")
 
-    def _member_rejection(self, score: HeldOut, effect: str, others: Effects) -> Rejection | None:
-        """Why an effect of a set does not belong to it beside the others."""
-        limits = self.thresholds
+    def _member_rejection(self, square: FloatArray, effect: str, others: Effects) -> str:
+        """Why an effect of a set does not belong to it beside the others; empty where it does."""
+        limits, name = self.thresholds, plain_name(effect)
         without = self.score(others)
-        failure = self.failed_searches.get(tuple(sorted(others)))
-        if failure is not None:
-            return Rejection("search", effect, f"no result without {plain_name(effect)}: {failure}")
+        if failure := self.failed_searches.get(tuple(sorted(others))):
+            return f"no result without {name}: {failure}"
         floor = float(self.problem.noise_square.sum())
-        total_gap = float(self.score(()).square.sum()) - floor
-        before = float(without.square.sum())
-        after = float(score.square.sum())
+        total_gap = float(self.score(()).sum()) - floor
+        before, after = float(without.sum()), float(square.sum())
         share = explained_share(before, after, floor)
         if share < limits.explained:
-            explained = f"{max(share, 0.0):.0%}"
-            text = f"{plain_name(effect)} explains {explained} of the gap left without it"
-            return Rejection("explained", effect, text)
-        if others and not self._is_material(before, after, floor, total_gap):
-            least = f"{limits.material:.0%}"
-            text = f"{plain_name(effect)} explains less than {least} of the total gap"
-            return Rejection("material", effect, text)
-        draws = self.reduction_draws(without, score)
+            return f"{name} explains {max(share, 0.0):.0%} of the gap left without it"
+        clears = share >= limits.clears and before >= limits.stands_out**2 * floor
+        if others and not clears and before - after < limits.material * total_gap:
+            return f"{name} explains less than {limits.material:.0%} of the total gap"
+        draws = self.reduction_draws(without, square)
         if np.quantile(draws, limits.draws_that_reduce) >= limits.unchanged:
             level = 1.0 - limits.draws_that_reduce
-            text = (
-                f"{plain_name(effect)} grows the held-out gap in more than {level:.1%} of the "
-                "bootstrap samples"
+            return (
+                f"{name} grows the held-out gap in more than {level:.1%} of the bootstrap samples"
             )
-            return Rejection("draws", effect, text)
-        return None
+        return ""
 
-    def reduction_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
-        """Bootstrap draws of RMS after over before."""
-        return reduction_draws(
-            before.square,
-            after.square,
+    def reduction_draws(self, before: FloatArray, after: FloatArray) -> FloatArray:
+        """Draws of RMS after over before: of conditions, then of segments within them."""
+        counts = two_level_counts(
             [segment.condition for segment in self.problem.segments],
             n_samples=self.thresholds.bootstrap_samples,
             rng=np.random.default_rng(_SEED + self.thresholds.seed),
         )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt((counts @ after) / (counts @ before))
 
 
 def _fitted_set(
@@ -302,15 +257,15 @@ def _fitted_set(
             return error.fit, str(error)
 
 
-def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
-    """Score of a set on every fold."""
+def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> FloatArray:
+    """Held-out squares of a set on every fold."""
     square = np.full(len(problem.segments), np.nan)
     with single_threaded():
         for fold in folds:
             for scored, theta in zip(fold.scored, fold_thetas(problem, fit, fold), strict=True):
                 squares = problem.squares(fit.effects, theta, scored)
                 square[scored] = squares[scored].sum(axis=1)
-    return HeldOut(fit, square)
+    return square
 
 
 def explained_share(before: float, after: float, floor: float) -> float:
@@ -377,17 +332,19 @@ def selected(
     for size in sorted({len(laws) for laws in sets}):
         fits.score_all([laws for laws in sets if len(laws) == size])
     rejections = {laws: fits.rejection(laws) or _absence(laws, absent) for laws in sets}
-    supported = [
-        laws
-        for laws, rejection in rejections.items()
-        if rejection is None and np.isfinite(fits.mean_square(laws))
-    ]
+    supported = [laws for laws in sets if not rejections[laws]]
+    supported = [laws for laws in supported if np.isfinite(fits.mean_square(laws))]
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
         best = min(supported, key=fits.mean_square)
         # The best is as good as itself, also where nothing is left and no ratio can be made.
-        equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
+        most = fits.thresholds.equal_rms
+        equal = [
+            laws
+            for laws in supported
+            if laws == best or np.sqrt(fits.mean_square(laws) / fits.mean_square(best)) <= most
+        ]
         sizes = {laws: _size(fits, laws, alike) for laws in equal}
         accepted = min(equal, key=lambda laws: (*sizes[laws], fits.mean_square(laws)))
         rivals = [
@@ -397,25 +354,17 @@ def selected(
             and (sizes[laws] <= sizes[accepted] or _is_richer_alias(fits, laws, accepted))
         ]
     ranking = [
-        RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), rejection.text if rejection else "")
+        RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), rejection)
         for laws, rejection in rejections.items()
     ]
     ordered = sorted(ranking, key=lambda entry: entry.held_out_rms)
     return Selection(accepted, tuple(rivals), tuple(ordered))
 
 
-def _absence(laws: Effects, absent: frozenset[str]) -> Rejection | None:
-    """Rejection of a set for a law that may be absent."""
-    law = next((law for law in laws if law in absent), None)
-    if law is None:
-        return None
-    return Rejection("absent", law, f"{plain_name(law)} is zero within declared errors and priors")
-
-
-def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
-    """Whether a set predicts as well as the best."""
-    ratio = np.sqrt(fits.mean_square(laws) / fits.mean_square(best))
-    return bool(ratio <= fits.thresholds.equal_rms)
+def _absence(laws: Effects, absent: frozenset[str]) -> str:
+    """Rejection of a set for a law that may be absent; empty where none may be."""
+    names = (plain_name(law) for law in laws if law in absent)
+    return next((f"{name} is zero within declared errors and priors" for name in names), "")
 
 
 def _is_richer_alias(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
@@ -428,9 +377,11 @@ def _is_richer_alias(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
     """
     others = [law for law in laws if law not in accepted]
     replaced = [law for law in accepted if law not in laws]
-    of_sensors = set(replaced) <= fits.problem.of_chosen_channel
-    square_of = fits.fitted_square if of_sensors else fits.mean_square
-    if square_of(laws) >= square_of(accepted):
+    if set(replaced) <= fits.problem.of_chosen_channel:
+        squares = [float(fits.fits[one].sums.square.sum()) for one in (laws, accepted)]
+    else:
+        squares = [fits.mean_square(one) for one in (laws, accepted)]
+    if squares[0] >= squares[1]:
         return False
     return len(others) == len(replaced) and all(
         any(other in fits.problem.cards[law].aliases for other in others) for law in replaced
@@ -443,4 +394,4 @@ def _size(fits: LawFits, laws: Effects, alike: Sequence[Effects]) -> tuple[int, 
     for group in alike:
         sizes = {law: len(fits.problem.cards[law].parameters) for law in group}
         more += sum(sizes[law] - min(sizes.values()) for law in group if law in laws)
-    return len(laws), len(fits.scores[laws].fit.parameters) - more
+    return len(laws), len(fits.fits[laws].parameters) - more

@@ -53,16 +53,6 @@ class _Systematics:
 
     shift: FloatArray
     hidden_square: float
-    signal_square: float
-
-
-@dataclass(frozen=True, eq=False)
-class _KnownCombination:
-    """What records know of two parameters that they do not know one by one."""
-
-    names: tuple[str, str]
-    factor: float
-    value: NamedValue
 
 
 def _small_sample_factor(fit: EffectFit) -> float:
@@ -79,15 +69,6 @@ def _small_sample_factor(fit: EffectFit) -> float:
     if degrees < 1:
         return float("nan")
     return float(student_t.ppf(0.975, degrees) / NORMAL_95 * np.sqrt((n_blocks - 1.0) / degrees))
-
-
-def _systematic_variance(fit: EffectFit, systematics: _Systematics) -> FloatArray:
-    """Variance of each parameter by what is neither noise nor gain, shape (p,)."""
-    moved = np.zeros(fit.theta.size)
-    free = np.flatnonzero(fit.is_free)
-    if free.size:
-        moved[free] = systematics.hidden_square * _largest_move(fit, free)
-    return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
 
 
 def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
@@ -114,18 +95,13 @@ def _prior_moves(fit: EffectFit) -> FloatArray:
     return _misread_moves(fit, np.diag(fit.prior.weight * off)[known])
 
 
-def _undetermined(fit: EffectFit, variance: FloatArray, systematics: _Systematics) -> BoolArray:
-    """Which parameters the records do not determine, shape (p,)."""
-    half = NORMAL_95 * np.sqrt(variance)
-    made = half**2 * np.diag(fit.sums.total_matrix())
-    is_as_large = made >= systematics.signal_square
-    return np.asarray(fit.is_free & (half >= np.abs(fit.theta)) & is_as_large)
-
-
 def _known_combination(
     fit: EffectFit, which: tuple[int, int], systematics: _Systematics
-) -> _KnownCombination:
-    """Combination of two parameters that the records know best, ``theta_0 - f theta_1``."""
+) -> tuple[float, str]:
+    """Factor of the combination of two parameters known best, ``theta_0 - f theta_1``; its value.
+
+    The value is in words: records may not know the two one by one.
+    """
     # f is the change of the first that makes up for a change of the second by one, the others
     # fitted again: its error is that of the first beside a second that is known.
     first, second = which
@@ -145,10 +121,11 @@ def _known_combination(
     both = (fit.parameters[first], fit.parameters[second])
     value = float(fit.theta[first] - factor * fit.theta[second])
     gain = max(parameter.gain_std for parameter in both) * value
-    std = float(np.sqrt(noise + moved + shift**2 + gain**2))
-    half = NORMAL_95 * std
-    named = NamedValue(value, std, both[0].unit, (value - half, value + half))
-    return _KnownCombination((both[0].name, both[1].name), factor, named)
+    half = NORMAL_95 * float(np.sqrt(noise + moved + shift**2 + gain**2))
+    if not (np.isfinite(half) and half > 0.0):
+        return factor, f"{value:.5g} {both[0].unit}"
+    decimals = max(0, 1 - int(np.floor(np.log10(half))))
+    return factor, f"{value:.{decimals}f} ± {half:.{decimals}f} {both[0].unit} (95 %)"
 
 
 def _largest_move(fit: EffectFit, which: IntArray) -> FloatArray:
@@ -183,9 +160,8 @@ def published_values(
         moves |= {"prior": _prior_moves(fit), "model": of_model}
         by_source = _scatter(fit, few_blocks=True)
         by_source |= {name: rows.T @ rows for name, rows in moves.items()}
-        included = (errors_words(misreading.errors), misreading.curves)
         _leave_out(_undetermined_by_any(fit), by_source)
-        published = _published(fit, by_source, "; ".join(text for text in included if text))
+        published = _published(fit, by_source, errors_words(misreading.errors), misreading.curves)
         not_determined = tuple(
             f"{name} is not determined by these records"
             for of_effect in published.parameters.values()
@@ -198,17 +174,17 @@ def published_values(
     if shift is None:
         return _published(fit, by_source, words)
     systematics = _Systematics(
-        shift=shift,
-        hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
-        signal_square=problem.signal_square,
+        shift=shift, hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum())
     )
     # The sandwich is zero along a direction that the records do not determine.
-    by_source[UNKNOWN_FORM] = np.diag(_systematic_variance(fit, systematics))
-    variance = sum(np.diag(one) for one in by_source.values())
-    unknown = _undetermined(fit, np.asarray(variance), systematics)
-    _leave_out(unknown, by_source)
-    delay = problem.delay_words(fit.theta)
-    published = _published(fit, by_source, "; ".join(text for text in (words, delay) if text))
+    moved, free = np.zeros(fit.theta.size), np.flatnonzero(fit.is_free)
+    if free.size:
+        moved[free] = systematics.hidden_square * _largest_move(fit, free)
+    by_source[UNKNOWN_FORM] = np.diag(shift**2 + moved / NORMAL_95**2)
+    half = NORMAL_95 * np.sqrt(sum(np.diag(one) for one in by_source.values()))
+    is_as_large = half**2 * np.diag(fit.sums.total_matrix()) >= problem.signal_square
+    _leave_out(fit.is_free & (half >= np.abs(fit.theta)) & is_as_large, by_source)
+    published = _published(fit, by_source, words, problem.delay_words(fit.theta))
     values = published.parameters
     missing = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
     return replace(published, undetermined=tuple(missing))
@@ -234,9 +210,9 @@ def _scatter(fit: EffectFit, *, few_blocks: bool) -> dict[str, FloatArray]:
     return {NOISE: factor**2 * fit.covariance}
 
 
-def _published(fit: EffectFit, by_source: Mapping[str, FloatArray], gains: str) -> PublishedValues:
+def _published(fit: EffectFit, by_source: Mapping[str, FloatArray], *gains: str) -> PublishedValues:
     values, covariance = _named_values(fit, by_source), sum(by_source.values())
-    return PublishedValues(values, np.asarray(covariance), gains, ())
+    return PublishedValues(values, np.asarray(covariance), "; ".join(filter(None, gains)), ())
 
 
 def _undetermined_words(
@@ -246,56 +222,34 @@ def _undetermined_words(
     has_one_frequency: bool,
 ) -> Iterator[str]:
     """What the records do not tell of the parameters, and the combination that they do."""
-    keys = [parameter_key(parameter) for parameter in fit.parameters]
-    free = {
-        key: k
-        for k, (key, parameter) in enumerate(zip(keys, fit.parameters, strict=True))
-        if parameter.is_free
-    }
-    unknown = [key for key in free if np.isnan(values.get(key[0], {}).get(key[1], _SOME).std)]
+    free = {parameter_key(p): k for k, p in enumerate(fit.parameters) if p.is_free}
+    published = {key: values.get(key[0], {}).get(key[1]) for key in free}
+    unknown = [key for key, value in published.items() if value and np.isnan(value.std)]
     stiffness, mass = (BASELINE, "K1"), (BASELINE, "m")
-    both = stiffness in free and mass in free
-    if both and (has_one_frequency or {stiffness, mass} <= set(unknown)):
-        known = _known_combination(fit, (free[stiffness], free[mass]), systematics)
-        if known.factor > 0.0:
-            yield _at_one_frequency(known, is_all={stiffness, mass} <= set(unknown))
+    are_both = {stiffness, mass} <= set(unknown)
+    if {stiffness, mass} <= set(free) and (has_one_frequency or are_both):
+        factor, value = _known_combination(fit, (free[stiffness], free[mass]), systematics)
+        if factor > 0.0:
+            text = f"K1 - m w² = {value} at {np.sqrt(factor) / (2.0 * np.pi):.4g} Hz"
+            if are_both:
+                yield (
+                    f"m and K1 are not determined one by one: these records know {text}; give the "
+                    "mass or drive a second frequency"
+                )
+            else:
+                yield f"of m and K1 these records know best {text}"
             unknown = [key for key in unknown if key not in (stiffness, mass)]
     numbers = [free[key] for key in unknown]
     # Two springs in parallel are known as their sum; what has different units makes no sum.
     if len(numbers) == 2 and len({fit.parameters[k].unit for k in numbers}) == 1:
-        known = _known_combination(fit, (numbers[0], numbers[1]), systematics)
-        first, second = known.names
-        sign = "-" if known.factor > 0.0 else "+"
+        factor, value = _known_combination(fit, (numbers[0], numbers[1]), systematics)
+        first, second = (fit.parameters[k].name for k in numbers)
         yield (
             f"{first} and {second} are not determined one by one: these records know "
-            f"{first} {sign} {abs(known.factor):.4g} {second} = {_with_half(known)}"
+            f"{first} {'-' if factor > 0.0 else '+'} {abs(factor):.4g} {second} = {value}"
         )
     else:
         yield from (f"{name} is not determined by these records" for _, name in unknown)
-
-
-#: Stands for a value that is not published.
-_SOME = NamedValue(0.0, 0.0, "1", (0.0, 0.0))
-
-
-def _at_one_frequency(known: _KnownCombination, *, is_all: bool) -> str:
-    """Words on stiffness less inertia."""
-    frequency = np.sqrt(known.factor) / (2.0 * np.pi)
-    text = f"K1 - m w² = {_with_half(known)} at {frequency:.4g} Hz"
-    if is_all:
-        return (
-            f"m and K1 are not determined one by one: these records know {text}; give the mass or "
-            "drive a second frequency"
-        )
-    return f"of m and K1 these records know best {text}"
-
-
-def _with_half(known: _KnownCombination) -> str:
-    half = NORMAL_95 * known.value.std
-    if not (np.isfinite(half) and half > 0.0):
-        return f"{known.value.value:.5g} {known.value.unit}"
-    decimals = max(0, 1 - int(np.floor(np.log10(half))))
-    return f"{known.value.value:.{decimals}f} ± {half:.{decimals}f} {known.value.unit} (95 %)"
 
 
 def _named_values(

@@ -21,18 +21,12 @@ NOT_DIAGNOSABLE = "not_diagnosable"
 FLOOR_UNKNOWN = "floor_unknown"
 #: What parts a wiring to check first from the reason of the verdict.
 OTHERWISE = "; otherwise "
-VERDICTS = (
-    NAMED,
-    NAMED_WITH_REMAINDER,
-    CLASS_NAMED,
-    ALIASED,
-    NONE_OF_THESE,
-    AT_NOISE_FLOOR,
-    NOT_DIAGNOSABLE,
-)
-
 #: Verdicts that name laws of the library.
 NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
+VERDICTS = (
+    NAMED, NAMED_WITH_REMAINDER, CLASS_NAMED, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR,
+    NOT_DIAGNOSABLE,
+)  # fmt: skip
 
 Interval = tuple[float, float]
 NO_INTERVAL: Interval = (float("nan"), float("nan"))
@@ -51,21 +45,6 @@ class NamedValue:
         "Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: "
         "their squares add up to its square",
     ] = field(default_factory=dict)
-
-
-#: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
-#: an effect explains too little of the gap left without it, or of the whole gap; the held-out gap
-#: grows in too many bootstrap samples; declared errors and priors explain an effect's values.
-REJECTION_RULES = ("search", "bound", "explained", "material", "draws", "absent")
-
-
-@dataclass(frozen=True)
-class Rejection:
-    """Why a set of effects is not supported by the held-out records."""
-
-    rule: str  # One of :data:`REJECTION_RULES`
-    effect: str  # Effect that fails the rule; empty where it is the set as a whole
-    text: str  # The reason with its numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +70,14 @@ class Attribution:
     aliases: Annotated[
         tuple[Effects, ...],
         "Classes of effects that these records cannot tell apart, the named one first",
-    ]
+    ] = ()
     parameters: Annotated[
         Mapping[str, Mapping[str, NamedValue]], "Values by effect (``baseline`` too) and name"
-    ]
-    ranking: Annotated[tuple[RankedSet, ...], "Sets tried, best first"]
+    ] = field(default_factory=dict)
+    ranking: Annotated[tuple[RankedSet, ...], "Sets tried, best first"] = ()
     discriminating_experiment: Annotated[
         str, "The measurement that would tell aliased effects apart or show a silent one"
-    ]
+    ] = ""
     gains: Annotated[
         str,
         "What the intervals of the parameters hold of the signals' gains, and what they "

@@ -462,9 +462,8 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     ) -> WiringChecks:
         """What can be tried with laws in the model; a law of a file is in no other campaign's."""
         if set(laws) & set(self.brought):
-            return WiringChecks.none()
-        return replace(
-            WiringChecks.none(),
+            return WiringChecks()
+        return WiringChecks(
             refitted=lambda other: refitted(other, laws, shapes),
             linear=lambda theta: self.with_laws(shapes).linear_records(theta, laws),
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
-from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
+from carrierflex.diagnosis.inference.planning.plan import PlannedTable, Signature
 from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, Addition, Costs
 from carrierflex.diagnosis.mounting.problem import (
     LENGTH,
@@ -106,12 +106,7 @@ def mounting_planned_table(
         n_base,
         np.zeros(n_base),
         tuple(Signature(*key, tuple(numbers)) for key, numbers in variants.items()),
-        {
-            column.effect: ScaledParameter(
-                column.amplitude.name, column.amplitude.unit, column.amplitude.scale
-            )
-            for column in reversed(columns)
-        },
+        {column.effect: column.amplitude for column in reversed(columns)},
         np.array(runs),
         np.array(channels),
         np.array(counts, dtype=np.float64),

@@ -19,17 +19,7 @@ from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    INPUT_GAIN,
-    LOAD_AXES,
-    LOADS,
-    POLARITY,
-    RADIAL_LOADS,
-    RIG_LENGTH,
-    SENSOR_ORDER,
-    TORQUE_SIGN,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
@@ -62,12 +52,12 @@ def mounting_rivals(problem: MountingInTime, campaign: Campaign) -> tuple[Wiring
     if turned:
         square = _refitted(problem, lambda record: _with_loads(record, turned))
         text = f"{', '.join(turned)} of the other sign"
-        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, square, "run files"))
+        rivals.append(WiringRival(Fault.TORQUE_SIGN, ", ".join(turned), text, square, "run files"))
     if _are_exchanged(problem, measured, predicted, nominal):
         y, z = RADIAL_LOADS
         square = _refitted(problem, _with_exchanged_loads)
         text = f"{y} and {z} exchanged"
-        rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, square, "run files"))
+        rivals.append(WiringRival(Fault.LOAD_AXES, f"{y}, {z}", text, square, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
     for loads in [[], turned] if turned else [[]]:
         sign = np.where(np.isin(LOADS, loads), -1.0, 1.0)
@@ -85,7 +75,9 @@ def mounting_rivals(problem: MountingInTime, campaign: Campaign) -> tuple[Wiring
         square = _refitted(problem, lambda record: replace(record, measured=sign * record.measured))
         about = ", ".join(names[k] for k in np.flatnonzero(is_reversed))
         line = key_of("[[channels]]", about)
-        rivals.append(WiringRival(POLARITY, about, f"{about} of the other sign", square, line))
+        rivals.append(
+            WiringRival(Fault.POLARITY, about, f"{about} of the other sign", square, line)
+        )
     gains = _gain_rivals(problem, campaign, measured)
     best = min(gains, key=lambda rival: rival.mean_square, default=None)
     return (*rivals, *([best] if best else []), *_bearing_rival(problem, campaign))
@@ -124,7 +116,7 @@ def _bearing_rival(problem: MountingInTime, campaign: Campaign) -> Iterator[Wiri
     key = "main_bearing_x"
     corrected = replace(campaign, rig={**campaign.rig, key: x})
     line = key_of("[rig]", key)
-    yield WiringRival(RIG_LENGTH, key, text, float(best.fun), line, corrected=corrected)
+    yield WiringRival(Fault.RIG_LENGTH, key, text, float(best.fun), line, corrected=corrected)
 
 
 def _gain_rivals(
@@ -144,7 +136,7 @@ def _gain_rivals(
         square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
         corrected = with_scaled_inputs(campaign, {name: (name, gain)})
-        yield WiringRival(INPUT_GAIN, name, text, square, "run files", corrected=corrected)
+        yield WiringRival(Fault.INPUT_GAIN, name, text, square, "run files", corrected=corrected)
 
 
 def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[str]) -> WiringRival:
@@ -159,7 +151,7 @@ def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[s
     about = ", ".join(names[k] for _, k in moved)
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
     line = key_of("[[channels]]", "sensor")
-    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", square, line)
+    return WiringRival(Fault.SENSOR_ORDER, about, f"the signal of {text}{also}", square, line)
 
 
 def _answers(

@@ -20,7 +20,11 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.report.words import CHANGE, capitalised, listed, named_rows, percent
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import OF_NO_KIND, RUN_VARIATION, fault_words
+from carrierflex.diagnosis.wiring.refits import (
+    OF_NO_KIND,
+    Fault,
+    fault_words,
+)
 from carrierflex.files.quantities import sized
 
 #: Shares below this would be rounded to nothing.
@@ -223,7 +227,7 @@ def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[li
 
 def _is_fault(name: str) -> bool:
     """Whether a name is a fault of the measurement."""
-    return name.startswith("wiring/") or name == RUN_VARIATION
+    return name.startswith("wiring/") or name == Fault.RUN_VARIATION
 
 
 def experiment_text(diagnosis: Diagnosis) -> str:

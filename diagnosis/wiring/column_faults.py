@@ -22,15 +22,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     load_answers,
 )
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, with_inputs
-from carrierflex.diagnosis.wiring.refits import (
-    CURVED_CHANNEL,
-    DRIFT,
-    FILTERED_CHANNEL,
-    INPUT_GAIN,
-    LOADS,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, Fault, GapSquare, WiringRival
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -66,20 +58,19 @@ def filtered_signals(
 ) -> Iterator[WiringRival]:
     """Filter of all channels with which the baseline leaves clearly less than with a delay.
 
-    `records` are those that :func:`carrierflex.diagnosis.wiring.lone_channels.lone_rivals` calls
-    for, the others its arguments. None where an
-    input is an angle: in its turning frame a filtered signal is not that of a filtered load.
+    None where an input is an angle: in its turning frame a filtered signal is not that of a
+    filtered load.
     """
-    inputs = {name for run in campaign.runs for name in run.inputs}
-    runs = list(records) if inputs and ANGLE not in inputs else []
-    known = [np.isfinite(values).all() for run in campaign.runs for values in run.inputs.values()]
-    if not runs or not all(known):
+    inputs = [pair for run in campaign.runs for pair in run.inputs.items()]
+    if not inputs or ANGLE in dict(inputs) or not all(np.isfinite(one).all() for _, one in inputs):
+        return
+    runs = list(records)
+    if not runs:
         return
 
     def residual_of(kind: _Filter, size: float) -> float:
         """Mean square beside the fitted baseline."""
-        sums = baseline_sums(_filtered_record(run, partial(kind, size)) for run in runs)
-        return np.inf if sums is None else sums.mean_square
+        return baseline_sums(_filtered_record(run, partial(kind, size)) for run in runs).mean_square
 
     def filtered(kind: _Filter, size: float) -> Campaign:
         """Records with inputs behind the filter."""
@@ -89,14 +80,10 @@ def filtered_signals(
         )
         return replace(campaign, runs=changed)
 
-    def refit(kind: _Filter, size: float) -> float:
-        """Mean square of the refitted baseline."""
-        return refitted(filtered(kind, size))
-
     def fitted(kind: _Filter, size: float) -> tuple[float, float]:
-        """Size about a first one that leaves least, and that."""
+        """Size about a first one with which the refitted baseline leaves least, and that."""
         best = minimize_scalar(
-            lambda octaves: refit(kind, size * 2.0**octaves),
+            lambda octaves: refitted(filtered(kind, size * 2.0**octaves)),
             bounds=(-0.5, 0.5),
             method="bounded",
             options={"maxiter": _MOST_REFITS, "xatol": _OCTAVES},
@@ -108,18 +95,25 @@ def filtered_signals(
     of_filter, time = min((residual_of(low_pass, size), size) for size in times)
     if min(of_mean, of_filter) > gap.remaining(SCREENED):
         return
-    (time, of_filter), of_mean = fitted(low_pass, time), refit(_mean, n)
+    (time, of_filter), of_mean = fitted(low_pass, time), refitted(filtered(_mean, n))
     square = min(of_filter, of_mean)
     if not square <= gap.half:
         return
     _, of_delay = fitted(_delay, min(times, key=partial(residual_of, _delay)))
     if SIMPLER * square < of_delay:
-        size = f"of {time:.2g} s" if of_filter < of_mean else f"that is a mean of {n}"
-        names = ", ".join(channel.name for channel in campaign.channels)
-        line = key_of("[[channels]]", campaign.channels[0].name)
-        corrected = filtered(low_pass, time) if of_filter < of_mean else filtered(_mean, n)
+        if of_filter < of_mean:
+            size, corrected = f"of {time:.2g} s", filtered(low_pass, time)
+        else:
+            size, corrected = f"that is a mean of {n}", filtered(_mean, n)
+        names, line = _all_channels(campaign)
         text = f"{names} behind a filter {size}"
-        yield WiringRival(FILTERED_CHANNEL, names, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.FILTERED_CHANNEL, names, text, square, line, corrected=corrected)
+
+
+def _all_channels(campaign: Campaign) -> tuple[str, str]:
+    """Names of all channels, and the key that a finding about them is about."""
+    names = [channel.name for channel in campaign.channels]
+    return ", ".join(names), key_of("[[channels]]", names[0])
 
 
 def drifting_zeros(
@@ -130,35 +124,32 @@ def drifting_zeros(
 ) -> Iterator[WiringRival]:
     """Straight lines over time taken out of the channels, each with its offset, in every run.
 
-    The arguments are those of :func:`filtered_signals`. None where an input is an angle, whose
-    kinds have drifts in their library, where a load grows with time as a drift does, or where
-    offsets alone do it.
+    None where an input is an angle, whose kinds have drifts in their library, where a load grows
+    with time as a drift does, or where offsets alone do it.
     """
     if not _has_steady_loads(campaign):
         return
     runs = {run.name: run for run in campaign.runs}
     sums = baseline_sums(_with_lines(record, runs[record.run]) for record in records)
-    if sums is None or sums.mean_square > gap.remaining(SCREENED):
+    if sums.mean_square > gap.remaining(SCREENED):
         return
-    names = [channel.name for channel in campaign.channels]
-    ramps = range(len(names), 2 * len(names))
+    n_channels = len(campaign.channels)
+    ramps = range(n_channels, 2 * n_channels)
     if sums.without_columns(ramps).mean_square <= gap.enough:
         return
-    lines = sums.steps[:, : 2 * len(names)].reshape(-1, 2, len(names))
+    lines = sums.steps[:, : 2 * n_channels].reshape(-1, 2, n_channels)
 
     def level(run: Run, of_run: FloatArray) -> Run:
         drifts = of_run[0] + np.multiply.outer(_along(run, run.time), of_run[1])
-        signals = {name: run.signals[name] - drifts[:, k] for k, name in enumerate(names)}
-        return replace(run, signals=signals)
+        pairs = zip(campaign.channels, drifts.T, strict=True)
+        return replace(run, signals={one.name: run.signals[one.name] - d for one, d in pairs})
 
-    pairs = zip(campaign.runs, lines, strict=True)
-    corrected = replace(campaign, runs=tuple(level(*pair) for pair in pairs))
+    corrected = replace(campaign, runs=tuple(map(level, campaign.runs, lines)))
     square = refitted(corrected)
     if square <= gap.half:
-        about = ", ".join(names)
-        text = f"the zero of {about} drifting over every run taken out"
-        line = key_of("[[channels]]", names[0])
-        yield WiringRival(DRIFT, about, text, square, line, corrected=corrected)
+        names, line = _all_channels(campaign)
+        text = f"the zero of {names} drifting over every run taken out"
+        yield WiringRival(Fault.DRIFT, names, text, square, line, corrected=corrected)
 
 
 def zeros_behind_the_torque(
@@ -178,8 +169,8 @@ def zeros_behind_the_torque(
 
     def remaining(columns: Callable[[float, LinearRecord], FloatArray], time: float) -> float:
         """Mean square beside the fitted baseline with columns at a time of the filter."""
-        sums = baseline_sums(_with_columns(record, columns(time, record)) for record in linear)
-        return np.inf if sums is None else sums.mean_square
+        records = (_with_columns(record, columns(time, record)) for record in linear)
+        return baseline_sums(records).mean_square
 
     def zeros(time: float, record: LinearRecord) -> FloatArray:
         run = runs[record.run]
@@ -194,10 +185,9 @@ def zeros_behind_the_torque(
     if not square <= gap.enough or remaining(zeros, 0.0) <= gap.enough:
         return
     if remaining(creeping, time) > gap.enough:
-        names = ", ".join(channel.name for channel in campaign.channels)
+        names, line = _all_channels(campaign)
         text = f"the zero of {names} following the torque in about {time:.2g} s taken out"
-        line = key_of("[[channels]]", campaign.channels[0].name)
-        yield WiringRival(DRIFT, names, text, square, line)
+        yield WiringRival(Fault.DRIFT, names, text, square, line)
 
 
 def drifting_gain(
@@ -209,8 +199,7 @@ def drifting_gain(
     """Gain of the load that grows over every run, the same in all, with which least is left.
 
     What a linear machine answers grows with it, ``r = c (g t + g_0) x``; g_0 is known to the
-    baseline where there is one load. The arguments are those of :func:`drifting_zeros`. None where
-    a constant gain alone does it.
+    baseline where there is one load. None where a constant gain alone does it.
     """
     is_mounting = campaign.kind == "mounting"
     names = LOADS if is_mounting else tuple(campaign.contract.inputs)
@@ -218,7 +207,7 @@ def drifting_gain(
         return
     runs = {run.name: run for run in campaign.runs}
     sums = baseline_sums(_with_growing(record, runs[record.run], names) for record in records)
-    if sums is None:
+    if sums.mean_square > gap.remaining(SCREENED):
         return
     # Columns of all runs follow those of each run: one of the only load, two of each of several.
     first, n_columns = sums.n_of_run, 1 if len(names) == 1 else 2
@@ -246,7 +235,7 @@ def drifting_gain(
     if square <= gap.half:
         text = f"the gain of {name} drifting by {-growth:.1%} over every run taken out"
         line = sample_of(campaign.runs[0].file, 0)
-        yield WiringRival(INPUT_GAIN, name, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.INPUT_GAIN, name, text, square, line, corrected=corrected)
 
 
 def late_load(
@@ -258,8 +247,7 @@ def late_load(
     """A load that lags behind the signals, late and behind a first-order low-pass.
 
     What acts is ``u(t) = (1 + tau d/dt) u_read(t + d)``, and a linear machine answers it by the
-    same of its answer. The arguments are those of :func:`drifting_zeros`. None where an input is
-    an angle, whose zero and delay are faults of their own.
+    same of its answer. None where an input is an angle, whose zero and delay are other faults.
     """
     inputs = {name for run in campaign.runs for name in run.inputs}
     names = LOADS if campaign.kind == "mounting" else sorted(inputs)
@@ -276,13 +264,12 @@ def late_load(
         ]
         # What any lag makes of the answer lies nearly among the answers some times ago.
         any_lag = baseline_sums(map(partial(_with_answers, times), linear, answers))
-        if any_lag is None or any_lag.mean_square > gap.remaining(SCREENED):
+        if any_lag.mean_square > gap.remaining(SCREENED):
             continue
 
         def residual(lag: FloatArray, answers: Sequence[CubicSpline] = answers) -> float:
             """Mean square beside the fitted baseline once the answer to the load is earlier."""
-            sums = baseline_sums(map(partial(_with_earlier, lag), linear, answers))
-            return np.inf if sums is None else sums.mean_square
+            return baseline_sums(map(partial(_with_earlier, lag), linear, answers)).mean_square
 
         nearest = min(lags, key=residual)
         best = minimize(
@@ -307,7 +294,7 @@ def late_load(
         if square <= gap.half:
             text = f"{name} put right, which is {late:.2g} s late and filtered with {tau:.2g} s,"
             line = sample_of(campaign.runs[0].file, 0)
-            yield WiringRival(FILTERED_CHANNEL, name, text, square, line, corrected=corrected)
+            yield WiringRival(Fault.FILTERED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def saturating_channel(
@@ -319,13 +306,13 @@ def saturating_channel(
     """The only channel reading too little where it is large, ``y = e tanh(x / e)``.
 
     Its first order ``r = -x³ / (3 e²)`` gives the end e to begin with, refits the one that leaves
-    least. The arguments are those of :func:`filtered_signals`.
+    least.
     """
     if len(campaign.channels) != 1:
         return
     name = campaign.channels[0].name
     sums = baseline_sums(_with_columns(record, record.predicted**3) for record in records)
-    if sums is None or sums.mean_square > gap.remaining(SCREENED):
+    if sums.mean_square > gap.remaining(SCREENED):
         return
     cubic = float(sums.steps[0, sums.n_of_run])
     if cubic >= 0.0:
@@ -353,7 +340,7 @@ def saturating_channel(
         text = f"the readings of {name} straightened, which saturate at {end},"
         line = key_of("[[channels]]", name)
         square = float(best.fun)
-        yield WiringRival(CURVED_CHANNEL, name, text, square, line, corrected=corrected)
+        yield WiringRival(Fault.CURVED_CHANNEL, name, text, square, line, corrected=corrected)
 
 
 def _with_columns(record: LinearRecord, values: FloatArray) -> LinearRecord:

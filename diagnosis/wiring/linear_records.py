@@ -13,9 +13,8 @@ of ``g`` is that of least squares times the correlation of the residual from sam
   Channels count by their residual's RMS: a noisy one determines less.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,35 +45,27 @@ _AS_SURE = 1.0
 class LoadAnswer:
     """What one load does in one run."""
 
-    load: Annotated[str, "Its name"]
-    values: Annotated[FloatArray, "Shape (n,)"]
-    response: Annotated[
-        FloatArray,
-        "Change of the prediction where the load is larger, over the share by which it is, "
-        "shape (n, n_channels)",
-    ]
+    load: str  # Its name
+    values: FloatArray  # Shape (n,)
+    #: Change of the prediction where the load is larger, over the share by which it is, shape (n,
+    #: n_channels)
+    response: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class LinearRecord:
     """One run beside a baseline that is linear in its parameters."""
 
-    run: Annotated[str, "Its name"]
-    time: Annotated[FloatArray, "Time [s], shape (n,)"]
-    residual: Annotated[
-        FloatArray, "Measured less predicted, NaN where missing, shape (n, n_channels)"
-    ]
-    predicted: Annotated[FloatArray, "What the baseline predicts"]
-    columns: Annotated[
-        FloatArray,
-        "Derivatives of the prediction by the baseline's parameters: q of this run alone, p of "
-        "all, shape (q + p, n, n_channels)",
-    ]
-    n_of_run: Annotated[int, "q"] = 0
-    answers: Annotated[
-        Callable[[], Sequence[LoadAnswer]],
-        "``() -> answers`` to each load of several; none where they are not known",
-    ] = tuple
+    run: str  # Its name
+    time: FloatArray  # Time [s], shape (n,)
+    residual: FloatArray  # Measured less predicted, NaN where missing, shape (n, n_channels)
+    predicted: FloatArray  # What the baseline predicts
+    #: Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all,
+    #: shape (q + p, n, n_channels)
+    columns: FloatArray
+    n_of_run: int = 0  # q
+    #: ``() -> answers`` to each load of several; none where they are not known
+    answers: Callable[[], Sequence[LoadAnswer]] = tuple
 
     @property
     def slope(self) -> FloatArray:
@@ -86,25 +77,20 @@ class LinearRecord:
 class Lateness:
     """Delay of the signals [s] and its standard deviation."""
 
-    run: Annotated[
-        str, "Run over which the delay grows by `seconds`; empty for a delay that all runs share"
-    ]
-    seconds: Annotated[float, "Its size"]
-    std: Annotated[float, "Standard deviation"]
-    explained: Annotated[
-        float,
-        "Share of the residual's square over all records that it explains in addition to the "
-        "baseline",
-    ]
+    run: str  # Run over which the delay grows by `seconds`; empty for a delay that all runs share
+    seconds: float  # Its size
+    std: float  # Standard deviation
+    #: Share of the residual's square over all records that it explains in addition to the baseline
+    explained: float
 
 
 @dataclass(frozen=True)
 class ChannelGain:
     """Gain error of a channel."""
 
-    channel: Annotated[int, "Number of the channel"]
-    gain: Annotated[float, "Gain less one"]
-    std: Annotated[float, "Standard deviation"]
+    channel: int  # Number of the channel
+    gain: float  # Gain less one
+    std: float  # Standard deviation
 
     @property
     def sureness(self) -> float:
@@ -122,14 +108,13 @@ def load_answers(record: LinearRecord, run: Run) -> Sequence[LoadAnswer]:
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
-    sums = _summed(records)
-    return sums.drifts() or sums.delays() if sums else ()
+    drifts, delays = _lateness(records)
+    return tuple(drifts or delays)
 
 
-def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
-    """Clocks that drift, fitted together with the baseline; None where there is no record."""
-    sums = _summed(records)
-    return sums.drifts() if sums else None
+def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
+    """Clocks that drift, fitted together with the baseline."""
+    return tuple(_lateness(records)[0])
 
 
 def off_gains(
@@ -158,8 +143,7 @@ def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
     """
     of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
     return np.asarray(
-        gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed,
-        dtype=np.float64,
+        gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed, dtype=np.float64
     )
 
 
@@ -209,47 +193,10 @@ def _correlation(residual: FloatArray) -> float:
     return max(1.0 + 2.0 * float(rho[: ends[0] if ends.size else _LAGS].sum()), 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class _LateSums:
-    """Products of baseline's columns, delay, drift and residual, by run and of all runs."""
-
-    runs: Mapping[str, FloatArray]
-    total: FloatArray
-    variance: float
-
-    def drifts(self) -> tuple[Lateness, ...]:
-        """Drift of every run that is beyond doubt."""
-        n_baseline = len(self.total) - 3
-        sure = []
-        for name, of_run in self.runs.items():
-            # The baseline is common to all runs, delay and drift are this run's.
-            sums = of_run.copy()
-            sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
-            sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
-            explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
-            seconds, std = _last_factor(sums, self._unexplained_variance(explained))
-            if abs(seconds) > _DRIFT * std:
-                sure.append(Lateness(name, seconds, std, explained))
-        return tuple(sure)
-
-    def delays(self) -> tuple[Lateness, ...]:
-        """Delay of all runs where it is beyond doubt."""
-        sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
-        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
-        seconds, std = _last_factor(sums, self._unexplained_variance(explained))
-        if abs(seconds) <= _DELAY * std:
-            return ()
-        return (Lateness("", seconds, std, explained),)
-
-    def _unexplained_variance(self, explained: float) -> float:
-        """Variance of what is left beside a lateness: its own slope is no scatter about it."""
-        return self.variance * max(1.0 - explained, 0.0)
-
-
-def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
-    """Products of all runs; None where there is no record."""
-    products = {}
-    residuals = []
+def _lateness(records: Iterable[LinearRecord]) -> tuple[list[Lateness], list[Lateness]]:
+    """Drifts of runs that are beyond doubt, and the delay of all runs where it is."""
+    # Products of the baseline's columns, delay, drift and residual, by run.
+    products, residuals = {}, []
     for record in records:
         slope = record.slope
         known = np.isfinite(record.residual) & np.isfinite(slope)
@@ -261,9 +208,23 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
         products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
         residuals.append((_correlation(record.residual), int(known.sum())))
     if not products:
-        return None
+        return [], []
     total = np.sum(list(products.values()), axis=0)
-    return _LateSums(products, total, _residual_variance(float(total[-1, -1]), residuals))
+    variance, n = _residual_variance(float(total[-1, -1]), residuals), len(total) - 3
+
+    def sure(run: str, sums: FloatArray, least: float) -> list[Lateness]:
+        """Lateness by so many standard deviations; its own slope is no scatter about it."""
+        explained = _explained(sums, n) / float(total[-1, -1])
+        seconds, std = _last_factor(sums, variance * max(1.0 - explained, 0.0))
+        return [Lateness(run, seconds, std, explained)] if abs(seconds) > least * std else []
+
+    drifts = []
+    for name, sums in products.items():
+        # The baseline is common to all runs, delay and drift are this run's.
+        sums[:n, :n] = total[:n, :n]
+        sums[:n, -1] = sums[-1, :n] = total[:n, -1]
+        drifts += sure(name, sums, _DRIFT)
+    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
 
 
 def _explained(sums: FloatArray, n_baseline: int) -> float:
@@ -327,9 +288,9 @@ def _residual_rms(record: LinearRecord) -> FloatArray:
 class BaselineSums:
     """Products of the baseline's columns and the residual, by run and channel."""
 
-    grams: Annotated[FloatArray, "Shape (n_runs, n_channels, q + p + 1, q + p + 1)"]
-    counts: Annotated[FloatArray, "Samples, shape (n_runs, n_channels)"]
-    n_of_run: Annotated[int, "q"]
+    grams: FloatArray  # Shape (n_runs, n_channels, q + p + 1, q + p + 1)
+    counts: FloatArray  # Samples, shape (n_runs, n_channels)
+    n_of_run: int  # q
 
     def without(self, run: int | None = None, channel: int | None = None) -> "BaselineSums":
         """Sums without one run or one channel."""
@@ -349,7 +310,9 @@ class BaselineSums:
 
     @property
     def mean_square(self) -> float:
-        """Mean square that the baseline leaves once it is fitted to these."""
+        """Mean square that the baseline leaves once it is fitted to these; infinite without any."""
+        if not len(self.grams):
+            return np.inf
         total = self._shared
         right = total[:-1, -1]
         explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
@@ -383,9 +346,9 @@ class BaselineSums:
         return np.asarray(np.sum(of_runs, axis=0))
 
 
-def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums | None:
-    """Products of all runs; None where there is no record."""
-    grams, counts, n_of_run = [], [], 0
+def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums:
+    """Products of all runs."""
+    grams, counts, n_of_run, n_channels = [], [], 0, 0
     for record in records:
         known = np.isfinite(record.residual) & np.isfinite(record.predicted)
         of_run = []
@@ -395,7 +358,6 @@ def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums | None:
             of_run.append(design @ design.T)
         grams.append(of_run)
         counts.append(known.sum(axis=0))
-        n_of_run = record.n_of_run
-    if not grams:
-        return None
-    return BaselineSums(np.array(grams), np.array(counts, dtype=np.float64), n_of_run)
+        n_of_run, n_channels = record.n_of_run, known.shape[1]
+    by_run = np.array(counts, dtype=np.float64).reshape(len(counts), n_channels)
+    return BaselineSums(np.array(grams), by_run, n_of_run)

@@ -7,23 +7,12 @@ nearly a parabola in the size: its vertex from finite differences, in a few roun
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from functools import partial
 
 import numpy as np
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray
-from carrierflex.diagnosis.wiring.refits import (
-    ANGLE_DIRECTION,
-    ANGLE_ZERO,
-    ENCODER,
-    HELD_INPUT,
-    LOAD_AXES,
-    LOAD_ZERO,
-    LOADS,
-    RADIAL_LOADS,
-    TORQUE_SIGN,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
@@ -43,51 +32,45 @@ _EVEN = 0.8
 _Change = Callable[[Run], FloatArray]
 
 
-@dataclass(frozen=True, eq=False)
-class CorrectedCampaign:
-    """A campaign in which a fault of inputs or channels is put right."""
+def load_faults(campaign: Campaign, run: str = "") -> Iterator[WiringRival]:
+    """Signs and axes of the loads put right, of one run or, where it is empty, of all."""
 
-    id: str
-    about: Annotated[str, "Inputs or channels"]
-    text: Annotated[str, "What is corrected"]
-    corrected: Campaign
+    def fault(id: str, text: str, sources: Mapping[str, tuple[str, float]]) -> WiringRival:
+        """Fault whose inputs are others of the same run, with a factor."""
+        corrected = with_scaled_inputs(campaign, sources, run)
+        return corrected_rival(id, ", ".join(sources), text, corrected)
 
-
-def load_faults(campaign: Campaign, run: str = "") -> Iterator[CorrectedCampaign]:
-    """Signs and axes of the loads put right, in one run or in all.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The campaign.
-    run : str
-        Run whose loads are corrected; empty: of all runs.
-    """
     loads = [name for name in LOADS if _varies(campaign, name)]
     for name in loads:
-        text = f"{name} of the other sign"
-        yield _fault(campaign, run, TORQUE_SIGN, text, {name: (name, -1.0)})
+        yield fault(Fault.TORQUE_SIGN, f"{name} of the other sign", {name: (name, -1.0)})
     if set(RADIAL_LOADS) & set(loads):
         y, z = RADIAL_LOADS
         if set(RADIAL_LOADS) <= set(loads):
             text = "radial loads of the other sign"
-            yield _fault(campaign, run, TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
+            yield fault(Fault.TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
         for sign_y, sign_z in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)):
             signs = "" if sign_y == sign_z else f", {y if sign_y < 0.0 else z} reversed"
             text = f"{y} and {z} exchanged{signs}"
-            yield _fault(campaign, run, LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
+            yield fault(Fault.LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
     if _varies(campaign, ANGLE):
-        text = "the angle counted the other way"
-        yield _fault(campaign, run, ANGLE_DIRECTION, text, {ANGLE: (ANGLE, -1.0)})
+        yield fault(
+            Fault.ANGLE_DIRECTION, "the angle counted the other way", {ANGLE: (ANGLE, -1.0)}
+        )
 
 
-def held_inputs(campaign: Campaign) -> Iterator[CorrectedCampaign]:
+def corrected_rival(id: str, about: str, text: str, corrected: Campaign) -> WiringRival:
+    """Rival that is not refitted yet."""
+    line = sample_of(corrected.runs[0].file, 0)
+    return WiringRival(id, about, text, np.inf, line, corrected=corrected)
+
+
+def held_inputs(campaign: Campaign) -> Iterator[WiringRival]:
     """Inputs that are held from one reading to the next, in straight lines between the readings."""
     for name in campaign.contract.inputs:
         if name != ANGLE and _is_held(campaign, name):
-            runs = tuple(_between_readings(one, name) for one in campaign.runs)
+            corrected = with_inputs(campaign, "", {name: partial(_between_readings, name=name)})
             text = f"{name} in straight lines between its readings, not held from one to the next,"
-            yield CorrectedCampaign(HELD_INPUT, name, text, replace(campaign, runs=runs))
+            yield corrected_rival(Fault.HELD_INPUT, name, text, corrected)
 
 
 def sized_faults(
@@ -97,33 +80,27 @@ def sized_faults(
 
     Sizes are sought in some samples of a long campaign; what is left is of all.
     """
-    line = sample_of(campaign.runs[0].file, 0)
-    searched = _thinned(campaign)
-    for fault in _unknown_sizes(campaign):
-
-        def square(size: FloatArray, of: Campaign = searched, fault: _SizedFault = fault) -> float:
-            return refitted(with_inputs(of, "", {fault.about: fault.corrected(size)}))
-
-        size, least = _least(square, _first_size(square, fault), fault.step)
-        if searched is not campaign:
-            least = square(size, campaign)
-        corrected = with_inputs(campaign, "", {fault.about: fault.corrected(size)})
-        words = fault.words(size)
-        yield WiringRival(fault.id, fault.about, words, least, line, corrected=corrected)
-
-
-def _thinned(campaign: Campaign) -> Campaign:
-    """Campaign with as many samples as sizes are sought in; itself where it has no more."""
     n_channels, n_runs = len(campaign.channels), len(campaign.runs)
     n_samples = n_channels * sum(run.time.size for run in campaign.runs)
     every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
-    return campaign.thinned(every) if every > 1 else campaign
+    searched = campaign.thinned(every) if every > 1 else campaign
+    for fault in _unknown_sizes(campaign):
+
+        def square(size: FloatArray, fault: _SizedFault = fault) -> float:
+            return refitted(with_inputs(searched, "", {fault.about: fault.corrected(size)}))
+
+        size, least = _least(square, _first_size(square, fault), fault.step)
+        corrected = with_inputs(campaign, "", {fault.about: fault.corrected(size)})
+        if searched is not campaign:
+            least = refitted(corrected)
+        rival = corrected_rival(fault.id, fault.about, fault.words(size), corrected)
+        yield replace(rival, mean_square=least)
 
 
 def _first_size(square: Callable[[FloatArray], float], fault: "_SizedFault") -> FloatArray:
     """Size that a search begins with: the smallest of those that leave nearly the least."""
-    if not fault.starts:
-        return np.zeros(fault.n_sizes)
+    if len(fault.starts) == 1:
+        return np.array(fault.starts[0])
     squares = [square(np.array(start)) for start in fault.starts]
     # A carrier of n equal planets is nearly the same a share of a turn on.
     pairs = zip(fault.starts, squares, strict=True)
@@ -137,17 +114,16 @@ class _SizedFault:
 
     id: str
     about: str
-    corrected: Annotated[Callable[[FloatArray], _Change], "``(size) -> (run) -> values``"]
-    words: Annotated[Callable[[FloatArray], str], "``(size) -> what is corrected``"]
+    corrected: Callable[[FloatArray], _Change]  # ``(size) -> (run) -> values``
+    words: Callable[[FloatArray], str]  # ``(size) -> what is corrected``
     step: float
-    n_sizes: int = 1
-    starts: Annotated[Sequence[tuple[float, ...]], "Sizes to begin with; none: zero alone"] = ()
+    starts: Sequence[tuple[float, ...]] = ((0.0,),)  # Sizes to begin with
 
 
 def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
     if _varies(campaign, ANGLE):
         yield _SizedFault(
-            ANGLE_ZERO,
+            Fault.ANGLE_ZERO,
             ANGLE,
             lambda size: lambda run: run.inputs[ANGLE] + size[0],
             lambda size: f"the zero of {ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
@@ -155,15 +131,21 @@ def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
             starts=[(float(angle),) for angle in np.deg2rad(np.arange(-170, 181, 10))],
         )
         yield _SizedFault(
-            ENCODER,
+            Fault.ENCODER,
             ANGLE,
-            lambda size: lambda run: _centred(run.inputs[ANGLE], size),
+            lambda size: (
+                lambda run: (
+                    run.inputs[ANGLE]
+                    + size[0] * np.cos(run.inputs[ANGLE])
+                    + size[1] * np.sin(run.inputs[ANGLE])
+                )
+            ),
             lambda size: (
                 f"{ANGLE} corrected by {np.rad2deg(np.hypot(*size)):.2f} degrees once a "
                 "turn, as of an eccentric encoder,"
             ),
             _ANGLE_STEP,
-            n_sizes=2,
+            starts=[(0.0, 0.0)],
         )
     for name in LOADS:
         if _varies(campaign, name):
@@ -174,7 +156,7 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
     unit = campaign.input_units[name]
     largest = max(float(np.abs(run.inputs[name]).max()) for run in campaign.runs)
     return _SizedFault(
-        LOAD_ZERO,
+        Fault.LOAD_ZERO,
         name,
         lambda size: lambda run: run.inputs[name] + size[0],
         lambda size: f"the zero of {name} moved by {size[0]:+.4g} {unit}",
@@ -215,32 +197,12 @@ def _least(
     return size, least
 
 
-def _fault(
-    campaign: Campaign, run: str, id: str, text: str, sources: Mapping[str, tuple[str, float]]
-) -> CorrectedCampaign:
-    """Fault whose inputs are others of the same run, with a factor."""
-    corrected = with_scaled_inputs(campaign, sources, run)
-    return CorrectedCampaign(id, ", ".join(sources), text, corrected)
-
-
 def with_scaled_inputs(
     campaign: Campaign, sources: Mapping[str, tuple[str, float]], run: str = ""
 ) -> Campaign:
     """Campaign with inputs that are others of the same run, with a factor; in one run, or in all.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        The campaign.
-    sources : mapping of str to (str, float)
-        Input that is read for another one, and the factor, by the name of that one.
-    run : str
-        Run whose inputs are changed; empty: those of all runs.
-
-    Returns
-    -------
-    Campaign
-        The same signals with other inputs.
+    `sources` are the input that is read for another one, and the factor, by the name of that one.
     """
 
     def taken(source: str, factor: float) -> _Change:
@@ -266,11 +228,6 @@ def _varies(campaign: Campaign, name: str) -> bool:
     return any(name in run.inputs and run.inputs[name].any() for run in campaign.runs)
 
 
-def _centred(angle: FloatArray, size: FloatArray) -> FloatArray:
-    """Angle of an encoder without its error once a turn."""
-    return np.asarray(angle + size[0] * np.cos(angle) + size[1] * np.sin(angle))
-
-
 def _is_held(campaign: Campaign, name: str) -> bool:
     """Whether an input that moves repeats its last reading as often as a held one does."""
     steps = np.concatenate([np.diff(run.inputs[name]) for run in campaign.runs])
@@ -282,9 +239,8 @@ def _is_held(campaign: Campaign, name: str) -> bool:
     return bool(typical >= 2.0 and np.mean(np.diff(moves) == typical) > _EVEN)
 
 
-def _between_readings(run: Run, name: str) -> Run:
-    """Run with an input in straight lines between the samples at which it changes."""
+def _between_readings(run: Run, name: str) -> FloatArray:
+    """Input in straight lines between the samples at which it changes."""
     values = run.inputs[name]
     new = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
-    lines = np.interp(run.time, run.time[new], values[new])
-    return replace(run, inputs={**run.inputs, name: lines})
+    return np.interp(run.time, run.time[new], values[new])

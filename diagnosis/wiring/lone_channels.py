@@ -18,68 +18,32 @@ it the filter is.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Annotated
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from carrierflex.diagnosis.wiring.column_faults import SCREENED, SIMPLER, low_pass
-from carrierflex.diagnosis.wiring.linear_records import (
-    FloatArray,
-    LinearRecord,
-    baseline_sums,
-)
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, baseline_sums
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, load_faults
-from carrierflex.diagnosis.wiring.refits import (
-    AC_COUPLED,
-    CHANNEL,
-    CHANNEL_GAIN,
-    CHANNEL_ZERO,
-    COPIED_CHANNEL,
-    CROSSTALK,
-    CURVED_CHANNEL,
-    DEAD_CHANNEL,
-    FILTERED_CHANNEL,
-    INPUT_GAIN,
-    LATE_CHANNEL,
-    LOADS,
-    NEARLY_ALL,
-    POLARITY,
-    RUN,
-    RUN_OF_LOAD,
-    RUN_VARIATION,
-    SENSOR_ON_GROUND,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import LOADS, NEARLY_ALL, Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of
-from carrierflex.identification.estimation.scaled_least_squares import (
-    normal_solution,
-)
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.sensing import delayed
 
-#: Fewest channels of which one can be left out: two disagree, and neither is the one.
-_FEWEST_CHANNELS = 3
-#: Fewest runs of which one can be left out.
-_FEWEST_RUNS = 3
-#: Fewest runs that may differ from one another.
-_FEWEST_VARYING = 2
+#: Fewest channels, or runs, of which one can be left out: two disagree, and neither is the one.
+_FEWEST = 3
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
-#: Share of what a channel has beyond the others' expectation that its fault explains.
-_EXPLAINED = 0.9
 #: Factors of a polarity that is reversed and of a dead channel are within this.
 _NEAR = 0.1
 #: Faults without a pattern.
-_OF_ANY = (CHANNEL, CHANNEL_ZERO)
+_OF_ANY = (Fault.CHANNEL, Fault.CHANNEL_ZERO)
 #: Share of a signal's square in its steps from which it is white noise.
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
 _FILTERS = range(0, 14)
-#: Inputs that are no loads.
-_OF_SHAFT = (ANGLE, "speed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +52,11 @@ class _Reading:
 
     measured: FloatArray
     expected: FloatArray
-    others: Annotated[Mapping[str, FloatArray], "Signals of the other channels"]
-    loads: Annotated[FloatArray, "Shape (n_loads, n)"]
-    angle: Annotated[FloatArray, "Carrier's angle, shape (1, n); (0, n) where nothing turns"]
-    sampling: Annotated[Sequence[float], "Step of time of every run [s]"]
-    starts: Annotated[Sequence[int], "First sample of every run"]
+    others: Mapping[str, FloatArray]  # Signals of the other channels
+    loads: FloatArray  # Shape (n_loads, n)
+    angle: FloatArray  # Carrier's angle, shape (1, n); (0, n) where nothing turns
+    sampling: Sequence[float]  # Step of time of every run [s]
+    ends: Sequence[int]  # End of every run but the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +81,9 @@ def lone_rivals(
     beside the fitted baseline one after the other: never all in memory.
     """
     sums = baseline_sums(linear())
-    if sums is None:
-        return
     screened = gap.remaining(SCREENED)
     n_runs, n_channels = sums.counts.shape
-    if n_channels >= _FEWEST_CHANNELS:
+    if n_channels >= _FEWEST:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
         if squares[channel] <= screened:
@@ -136,23 +98,24 @@ def lone_rivals(
                 for rival in rivals:
                     if is_one or rival.id not in _OF_ANY:
                         yield replace(rival, corrected=corrected)
-    if n_runs >= _FEWEST_RUNS:
+    if n_runs >= _FEWEST:
         squares = [sums.without(run=k).mean_square for k in range(n_runs)]
         number = int(np.argmin(squares))
         if squares[number] <= screened:
             record = next(islice(linear(), number, None))
-            square = refitted(_without_run(campaign, record.run))
+            others = tuple(run for run in campaign.runs if run.name != record.run)
+            square = refitted(replace(campaign, runs=others))
             if square <= gap.enough:
                 steps = sums.without(run=number).steps[number]
                 yield _run_rival(record, steps, campaign, refitted, square, gap)
-    if n_runs >= _FEWEST_VARYING and _loads_vary(campaign) and sums.of_each_run <= screened:
+    if n_runs > 1 and _loads_vary(campaign) and sums.of_each_run <= screened:
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
         square = float(np.average(squares, weights=sums.counts.sum(axis=1)))
         # Values by run take more of any gap than one fault does.
         if square <= gap.remaining(NEARLY_ALL):
             names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
-            yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
+            yield WiringRival(Fault.RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
 
 
 def run_of_largest_motion(campaign: Campaign) -> str:
@@ -169,25 +132,19 @@ def _loads_vary(campaign: Campaign) -> bool:
         values
         for run in campaign.runs
         for name, values in run.inputs.items()
-        if name not in _OF_SHAFT and values.any()
+        if name not in (ANGLE, "speed") and values.any()
     ]
     return all(bool(np.std(load) > _STEADY * np.abs(load).max()) for load in loads)
 
 
 def _without_channel(campaign: Campaign, channel: int) -> Campaign:
     """Campaign that never had a channel."""
-    name = campaign.channels[channel].name
+    channels = tuple(one for k, one in enumerate(campaign.channels) if k != channel)
     runs = tuple(
-        replace(run, signals={key: values for key, values in run.signals.items() if key != name})
+        replace(run, signals={one.name: run.signals[one.name] for one in channels})
         for run in campaign.runs
     )
-    channels = tuple(one for one in campaign.channels if one.name != name)
     return replace(campaign, channels=channels, runs=runs)
-
-
-def _without_run(campaign: Campaign, name: str) -> Campaign:
-    """Campaign that never had a run."""
-    return replace(campaign, runs=tuple(run for run in campaign.runs if run.name != name))
 
 
 def _run_rival(
@@ -211,19 +168,19 @@ def _run_rival(
     beside_gain = float(np.sum((y - gain * x)[known] ** 2)) - noise
     # What is constant in a run is in its zeros: of the noise that is left no gain explains much.
     is_more = unexplained > (SIMPLER - 1.0) * noise
-    if is_more and beside_gain <= (1.0 - _EXPLAINED) * unexplained:
+    if is_more and beside_gain <= (1.0 - NEARLY_ALL) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
-        return WiringRival(INPUT_GAIN, record.run, text, without, line)
+        return WiringRival(Fault.INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
-        square = refitted(fault.corrected)
+        square = fault.by(refitted).mean_square
         if square <= gap.enough:
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
     loads = _loads_of_one(campaign, record.run)
     if loads:
         text = f"run {record.run} left out, which alone has {' and '.join(loads)},"
-        return WiringRival(RUN_OF_LOAD, record.run, text, without, line)
+        return WiringRival(Fault.RUN_OF_LOAD, record.run, text, without, line)
     text = f"run {record.run} left out, which is at odds with all others,"
-    return WiringRival(RUN, record.run, text, without, line)
+    return WiringRival(Fault.RUN, record.run, text, without, line)
 
 
 def _loads_of_one(campaign: Campaign, name: str) -> list[str]:
@@ -247,7 +204,7 @@ def _channel_rival(
     line = key_of("[[channels]]", name)
     if unexplained <= SIMPLER * noise:
         text = f"channel {name} left out, the zero of which is off,"
-        yield WiringRival(CHANNEL_ZERO, name, text, square, line)
+        yield WiringRival(Fault.CHANNEL_ZERO, name, text, square, line)
         return
     # Half the mean square of the steps of white noise is its own.
     if 0.5 * float(np.sum(np.diff(unread) ** 2)) > _WHITE * unexplained:
@@ -258,8 +215,8 @@ def _channel_rival(
         (fault for fault in faults if fault.square <= SIMPLER * max(least, noise)),
         key=lambda fault: (fault.n_unknowns, fault.square),
     )
-    if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
-        fault = _Fault(CHANNEL, "is at odds with all others", 0.0, 0)
+    if fault.square > noise + (1.0 - NEARLY_ALL) * (unexplained - noise):
+        fault = _Fault(Fault.CHANNEL, "is at odds with all others", 0.0, 0)
     text = f"channel {name} left out, which {fault.text},"
     yield WiringRival(fault.id, name, text, square, line)
 
@@ -269,7 +226,7 @@ def _reading(
 ) -> _Reading:
     """Samples of a channel that are known in all, run after run."""
     runs = {run.name: run for run in campaign.runs}
-    rows, starts, n, sampling = [], [], 0, []
+    rows, sampling = [], []
     for record, step in zip(records, steps, strict=True):
         measured = (record.predicted + record.residual).T
         expected = record.predicted[:, channel] + step @ record.columns[:, :, channel]
@@ -280,26 +237,18 @@ def _reading(
             if load in run.inputs
         ]
         table = np.array([measured[channel], expected, *np.delete(measured, channel, 0), *loads])
-        table = table[:, np.isfinite(table).all(axis=0)]
+        rows.append(table[:, np.isfinite(table).all(axis=0)])
         sampling.append(mean_step(record.time))
-        rows.append(table)
-        starts.append(n)
-        n += table.shape[1]
     table = np.concatenate(rows, axis=1)
     # The zero of a channel is its own.
     table -= table.mean(axis=1, keepdims=True)
     names = [one.name for k, one in enumerate(campaign.channels) if k != channel]
     n_angles = int(all(ANGLE in run.inputs for run in campaign.runs))
-    inputs = table[2 + len(names) :]
-    return _Reading(
-        table[0],
-        table[1],
-        dict(zip(names, table[2 : 2 + len(names)], strict=True)),
-        inputs[: len(inputs) - n_angles],
-        inputs[len(inputs) - n_angles :],
-        sampling,
-        starts,
-    )
+    n_others, n_loaded = 2 + len(names), len(table) - n_angles
+    ends = np.cumsum([one.shape[1] for one in rows])[:-1].tolist()
+    others = dict(zip(names, table[2:n_others], strict=True))
+    inputs = (table[n_others:n_loaded], table[n_loaded:])
+    return _Reading(table[0], table[1], others, *inputs, sampling, ends)
 
 
 def _faults(reading: _Reading) -> Iterator[_Fault]:
@@ -314,22 +263,22 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
 
     (gain,), square = fitted(y, x)
     if abs(gain + 1.0) < _NEAR:
-        yield _Fault(POLARITY, "reads with the other sign", square, 0)
+        yield _Fault(Fault.POLARITY, "reads with the other sign", square, 0)
     elif abs(gain) < _NEAR:
-        yield _Fault(DEAD_CHANNEL, "does not answer", float(np.sum(y**2)), 0)
+        yield _Fault(Fault.DEAD_CHANNEL, "does not answer", float(np.sum(y**2)), 0)
     else:
-        yield _Fault(CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
+        yield _Fault(Fault.CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
     for name, other in reading.others.items():
         square = float(np.sum((y - other) ** 2))
-        yield _Fault(COPIED_CHANNEL, f"reads the signal of {name}", square, 0)
+        yield _Fault(Fault.COPIED_CHANNEL, f"reads the signal of {name}", square, 0)
         (share,), square = fitted(y - x, other)
         text = f"reads {share:.1%} of {name} too"
-        yield _Fault(CROSSTALK, text, square, 1)
+        yield _Fault(Fault.CROSSTALK, text, square, 1)
     if reading.loads.size:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
-        yield _Fault(SENSOR_ON_GROUND, text, square, 3)
-    pieces = np.split(x, reading.starts[1:])
+        yield _Fault(Fault.SENSOR_ON_GROUND, text, square, 3)
+    pieces = np.split(x, reading.ends)
     steps = zip(reading.sampling, pieces, strict=True)
     times = [step * np.arange(float(one.size)) for step, one in steps]
     for power in _FILTERS:
@@ -337,23 +286,23 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         slow = np.concatenate([low_pass(time, *pair) for pair in zip(times, pieces, strict=True)])
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
-        yield _Fault(FILTERED_CHANNEL, text, square, 1)
+        yield _Fault(Fault.FILTERED_CHANNEL, text, square, 1)
         square = float(np.sum((y - (x - slow)) ** 2))
         text = f"loses what is slower than about {time:.2g} s (AC coupling)"
-        yield _Fault(AC_COUPLED, text, square, 1)
+        yield _Fault(Fault.AC_COUPLED, text, square, 1)
     delay, square = _delay_of(y, pieces, times)
     text = f"is {abs(delay) * 1e3:.2g} ms {'behind' if delay > 0.0 else 'before'} the others"
-    yield _Fault(LATE_CHANNEL, text, square, 1)
+    yield _Fault(Fault.LATE_CHANNEL, text, square, 1)
     for angle in reading.angle:
-        turned = np.split(angle, reading.starts[1:])
+        turned = np.split(angle, reading.ends)
         if all((np.diff(one) > 0.0).all() for one in turned):
             delay, square = _delay_of(y, pieces, turned)
             text = f"reads as if {abs(np.rad2deg(delay)):.2g} degrees from its place"
             # At one speed either is the other: the delay comes first, which no law of the library
             # is, by as much as an unknown more has to explain (Schwarz).
-            yield _Fault(CHANNEL, text, square * y.size ** (1.0 / y.size), 1)
+            yield _Fault(Fault.CHANNEL, text, square * y.size ** (1.0 / y.size), 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
-    yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
+    yield _Fault(Fault.CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
 
 
 def _delay_of(

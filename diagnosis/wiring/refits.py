@@ -8,7 +8,7 @@ that fit each other's inputs up to half as well are exchanged, and the refit dec
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,70 +25,77 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of, s
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.sensing import at_other_times
 
-TORQUE_SIGN = "wiring/torque_sign"
-SENSOR_ORDER = "wiring/sensor_order"
-ANGLE_DIRECTION = "wiring/angle_direction"
-CLOCK = "wiring/clock"
-RUN_ORDER = "wiring/run_order"
-INPUT_GAIN = "wiring/input_gain"
-UNIT = "wiring/unit"
-CLOCK_SHIFT = "wiring/clock_shift"
-LOAD_AXES = "wiring/load_axes"
-LOAD_ZERO = "wiring/load_zero"
-ANGLE_ZERO = "wiring/angle_zero"
-ENCODER = "wiring/encoder"
-HELD_INPUT = "wiring/held_input"
-#: A length of the rig that is not as stated.
-RIG_LENGTH = "wiring/rig_length"
-#: Zeros of channels that drift over every run.
-DRIFT = "wiring/drift"
-#: Readings spoilt sample by sample.
-RECTIFIED = "wiring/rectified"
-WRAPPED = "wiring/wrapped"
-JITTER = "wiring/jitter"
-LOAD_NOISE = "wiring/load_noise"
-DECLARED_NOISE = "wiring/declared_noise"
-#: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
-CHANNEL = "wiring/channel"
-POLARITY = "wiring/polarity"
-DEAD_CHANNEL = "wiring/dead_channel"
-COPIED_CHANNEL = "wiring/copied_channel"
-CROSSTALK = "wiring/crosstalk"
-SENSOR_ON_GROUND = "wiring/sensor_on_ground"
-FILTERED_CHANNEL = "wiring/filtered_channel"
-AC_COUPLED = "wiring/ac_coupled"
-CURVED_CHANNEL = "wiring/curved_channel"
-LATE_CHANNEL = "wiring/late_channel"
-#: Runs that differ from one another in the baseline's values, as by temperature.
-RUN_VARIATION = "run_variation"
-CHANNEL_GAIN = "wiring/channel_gain"
-CHANNEL_ZERO = "wiring/channel_zero"
+
+class Fault(StrEnum):
+    """A fault of the measurement."""
+
+    TORQUE_SIGN = "wiring/torque_sign"
+    SENSOR_ORDER = "wiring/sensor_order"
+    ANGLE_DIRECTION = "wiring/angle_direction"
+    CLOCK = "wiring/clock"
+    RUN_ORDER = "wiring/run_order"
+    INPUT_GAIN = "wiring/input_gain"
+    UNIT = "wiring/unit"
+    CLOCK_SHIFT = "wiring/clock_shift"
+    LOAD_AXES = "wiring/load_axes"
+    LOAD_ZERO = "wiring/load_zero"
+    ANGLE_ZERO = "wiring/angle_zero"
+    ENCODER = "wiring/encoder"
+    HELD_INPUT = "wiring/held_input"
+    #: A length of the rig that is not as stated.
+    RIG_LENGTH = "wiring/rig_length"
+    #: Zeros of channels that drift over every run.
+    DRIFT = "wiring/drift"
+    #: Readings spoilt sample by sample.
+    RECTIFIED = "wiring/rectified"
+    WRAPPED = "wiring/wrapped"
+    JITTER = "wiring/jitter"
+    LOAD_NOISE = "wiring/load_noise"
+    DECLARED_NOISE = "wiring/declared_noise"
+    #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
+    CHANNEL = "wiring/channel"
+    POLARITY = "wiring/polarity"
+    DEAD_CHANNEL = "wiring/dead_channel"
+    COPIED_CHANNEL = "wiring/copied_channel"
+    CROSSTALK = "wiring/crosstalk"
+    SENSOR_ON_GROUND = "wiring/sensor_on_ground"
+    FILTERED_CHANNEL = "wiring/filtered_channel"
+    AC_COUPLED = "wiring/ac_coupled"
+    CURVED_CHANNEL = "wiring/curved_channel"
+    LATE_CHANNEL = "wiring/late_channel"
+    #: Runs that differ from one another in the baseline's values, as by temperature.
+    RUN_VARIATION = "run_variation"
+    CHANNEL_GAIN = "wiring/channel_gain"
+    CHANNEL_ZERO = "wiring/channel_zero"
+    RUN = "wiring/run"
+    #: Such a run that alone has a load: what acts in it may be of the load.
+    RUN_OF_LOAD = "wiring/run_of_load"
+
+
 #: Faults of a channel that is at odds with all others.
 LONE_CHANNEL = (
-    CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO, POLARITY, DEAD_CHANNEL, COPIED_CHANNEL, CROSSTALK,
-    SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL, LATE_CHANNEL,
+    Fault.CHANNEL, Fault.CHANNEL_GAIN, Fault.CHANNEL_ZERO, Fault.POLARITY, Fault.DEAD_CHANNEL,
+    Fault.COPIED_CHANNEL, Fault.CROSSTALK, Fault.SENSOR_ON_GROUND, Fault.FILTERED_CHANNEL,
+    Fault.AC_COUPLED, Fault.CURVED_CHANNEL, Fault.LATE_CHANNEL,
 )  # fmt: skip
-RUN = "wiring/run"
-#: Such a run that alone has a load: what acts in it may be of the load.
-RUN_OF_LOAD = "wiring/run_of_load"
 #: What is at fault in a way that no kind of fault explains.
-OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, RUN, RUN_VARIATION)
+OF_NO_KIND = (Fault.CHANNEL, Fault.RUN_OF_LOAD, Fault.RUN, Fault.RUN_VARIATION)
 #: Words of the faults whose id does not read as one.
-_FAULT_WORDS = {
-    CHANNEL: "one channel",
-    CURVED_CHANNEL: "a channel that is not linear",
-    FILTERED_CHANNEL: "delay and filter of a channel",
-    HELD_INPUT: "a load held between readings",
-    INPUT_GAIN: "gain of a load",
-    JITTER: "times of the samples",
-    LOAD_AXES: "axes of the loads",
-    LOAD_NOISE: "noise of a load",
-    LOAD_ZERO: "zero of a load",
-    RECTIFIED: "a signal without its sign",
-    RIG_LENGTH: "a length of the rig",
-    RUN: "one run",
-    RUN_OF_LOAD: "the only run with a load",
-    WRAPPED: "a reading beyond its range",
+_FAULT_WORDS: dict[str, str] = {
+    Fault.CHANNEL: "one channel",
+    Fault.CURVED_CHANNEL: "a channel that is not linear",
+    Fault.FILTERED_CHANNEL: "delay and filter of a channel",
+    Fault.HELD_INPUT: "a load held between readings",
+    Fault.INPUT_GAIN: "gain of a load",
+    Fault.JITTER: "times of the samples",
+    Fault.LOAD_AXES: "axes of the loads",
+    Fault.LOAD_NOISE: "noise of a load",
+    Fault.LOAD_ZERO: "zero of a load",
+    Fault.RECTIFIED: "a signal without its sign",
+    Fault.RIG_LENGTH: "a length of the rig",
+    Fault.RUN: "one run",
+    Fault.RUN_OF_LOAD: "the only run with a load",
+    Fault.WRAPPED: "a reading beyond its range",
 }
 
 
@@ -102,6 +109,8 @@ RADIAL_LOADS = ("ntl_y", "ntl_z")
 LOADS = ("torque", *RADIAL_LOADS)
 #: Share of the gap that a fault must explain whose size is fitted, or that leaves records out.
 NEARLY_ALL = 0.9
+#: Share of the gap by which one that explains less is still as good.
+AS_GOOD = 0.03
 
 
 @dataclass(frozen=True)
@@ -110,9 +119,8 @@ class GapSquare:
 
     before: float
     floor: float
-    nearly_all: Annotated[
-        float, "Share that a fault must explain whose size is fitted, or that leaves records out"
-    ] = NEARLY_ALL
+    #: Share that a fault must explain whose size is fitted, or that leaves records out
+    nearly_all: float = NEARLY_ALL
 
     @property
     def enough(self) -> float:
@@ -133,27 +141,32 @@ class GapSquare:
 class ClockDrift:
     """Signals that are later than the inputs, or ever later."""
 
-    run: Annotated[str, "Run whose signals they are; empty for those of all runs"]
-    delay: Annotated[float, "Delay in the middle of the run [s]"]
-    growth: Annotated[float, "Growth of the delay over the run [s]"]
+    run: str  # Run whose signals they are; empty for those of all runs
+    delay: float  # Delay in the middle of the run [s]
+    growth: float  # Growth of the delay over the run [s]
 
 
 @dataclass(frozen=True)
 class WiringRival:
     """The baseline refitted to a campaign whose wiring is corrected."""
 
-    id: Annotated[str, "One of the ids above"]
-    about: Annotated[str, "Input, channels or run that it is about"]
-    text: Annotated[str, "What is corrected: ``the torque of the other sign``"]
-    mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
-    line: Annotated[str, "File or key that it is about"]
-    laws: Annotated[Effects, "Laws that were refitted with the baseline"] = ()
-    corrected: Annotated[Campaign | None, "Records put right, where they were refitted"] = None
+    id: str  # One of the ids above
+    about: str  # Input, channels or run that it is about
+    text: str  # What is corrected: ``the torque of the other sign``
+    mean_square: float  # Mean square that the refitted baseline leaves over all records
+    line: str  # File or key that it is about
+    laws: Effects = ()  # Laws that were refitted with the baseline
+    corrected: Campaign | None = None  # Records put right, where they are
 
     @property
     def model(self) -> str:
         """What was refitted, in words."""
         return f"the baseline with {set_name(self.laws)}" if self.laws else "the baseline alone"
+
+    def by(self, refitted: Callable[[Campaign], float]) -> "WiringRival":
+        """The same with what a refit of the records put right leaves."""
+        square = self.mean_square if self.corrected is None else refitted(self.corrected)
+        return replace(self, mean_square=square)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,51 +178,35 @@ class PredictedRecord:
     measured: FloatArray
     predicted: FloatArray
 
+    @property
+    def residual(self) -> FloatArray:
+        """Measured less predicted."""
+        return np.asarray(self.measured - self.predicted)
+
+
+_WithLaws = Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], "WiringChecks"]
+
 
 @dataclass(frozen=True)
 class WiringChecks:
     """What can be tried of a campaign's wiring."""
 
-    rivals: Annotated[Callable[[], tuple[WiringRival, ...]], "``() -> tuple of WiringRival``"]
-    predictions: Annotated[
-        Callable[[FloatArray], tuple[PredictedRecord, ...]],
-        "``(theta) -> tuple of PredictedRecord``, with the fitted parameters of the baseline; "
-        "empty where the baseline is not the model's",
-    ]
-    refitted: Annotated[
-        Callable[[Campaign], float],
-        "``(campaign) -> mean square`` that the baseline leaves once it is fitted to another "
-        "campaign with the same channels and inputs",
-    ]
-    linear: Annotated[
-        Callable[[FloatArray], Iterable[LinearRecord]],
-        "``(theta) -> records`` beside a baseline that can be made linear; none elsewhere",
-    ] = lambda theta: ()
-    late: Annotated[
-        Callable[[], Sequence[ClockDrift]],
-        "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
-        "where the records show it without a fit; none elsewhere",
-    ] = lambda: ()
-    with_laws: Annotated[
-        "Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], WiringChecks]",
-        "``(laws, values, shapes) -> checks`` whose refits and records hold laws too; values of "
-        "their fit by effect and name, and those of them that are measured shapes",
-    ] = lambda laws, values, shapes: WiringChecks.none()
-    has_cheap_refits: Annotated[
-        bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
-    ] = False
-    takes_shapes: Annotated[
-        bool, "Whether `with_laws` takes measured shapes; else a fault is sought beside laws alone"
-    ] = True
-    unchecked: Annotated[
-        str,
-        "Why `predictions` are empty though the baseline is the model's; empty where they are not",
-    ] = ""
-
-    @classmethod
-    def none(cls) -> "WiringChecks":
-        """Nothing can be tried."""
-        return cls(lambda: (), lambda theta: (), lambda other: float("nan"))
+    #: Campaigns with another wiring, refitted
+    rivals: Callable[[], tuple[WiringRival, ...]] = lambda: ()
+    #: Runs with the fitted parameters of the baseline; none where it is not the model's
+    predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]] = lambda theta: ()
+    #: Mean square of the baseline once fitted to a campaign with the same channels and inputs
+    refitted: Callable[[Campaign], float] = lambda campaign: np.nan
+    #: Runs beside a baseline that can be made linear; none elsewhere
+    linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()
+    #: Guesses of how late all signals, or those of a run, are, where records show it without a fit
+    late: Callable[[], Sequence[ClockDrift]] = lambda: ()
+    #: ``(laws, values, shapes) -> checks`` whose refits and records hold laws too; values of their
+    #: fit by effect and name, and those of them that are measured shapes
+    with_laws: _WithLaws = lambda laws, values, shapes: WiringChecks()
+    has_cheap_refits: bool = False  # Refits take milliseconds: every fault of a load is tried
+    takes_shapes: bool = True  # Whether `with_laws` takes shapes; else faults beside laws alone
+    unchecked: str = ""  # Why a model's baseline has no `predictions`; empty where it has
 
 
 #: Blocks of a record, the share of a block that its delay may have, and the drift over its error
@@ -232,9 +229,7 @@ _MOST_PAIRS = 3
 
 
 def drifting_clocks(
-    records: Sequence[PredictedRecord],
-    campaign: Campaign,
-    refitted: Callable[[Campaign], float],
+    records: Sequence[PredictedRecord], campaign: Campaign, refitted: Callable[[Campaign], float]
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
@@ -253,26 +248,28 @@ def drifting_clocks(
                 drifts.append((sureness, refined))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        mean_square = _refitted_inside(_put_back(campaign, [drift]), refitted)
+        mean_square = _refitted_inside(put_back(campaign, [drift]), refitted)
         if np.isfinite(mean_square):
-            file = runs[drift.run].file
-            rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
+            rivals.append(clock_rival(runs[drift.run], drift.growth, mean_square))
     if len(drifts) > 1:
         together = [drift for _, drift in drifts]
         # What the baseline took of the delays is none where the clocks were right at the start.
         from_start = [replace(drift, delay=0.5 * drift.growth) for drift in together]
         mean_square = min(
-            _refitted_inside(_put_back(campaign, each), refitted) for each in (together, from_start)
+            _refitted_inside(put_back(campaign, each), refitted) for each in (together, from_start)
         )
         if np.isfinite(mean_square):
-            rivals.append(_clock_of_runs(together, runs, mean_square))
+            rates = [one.growth / float(np.ptp(runs[one.run].time)) for one in together]
+            about = ", ".join(one.run for one in together)
+            ppm = abs(float(np.median(rates))) * 1e6
+            text = f"a clock that drifts by {ppm:.0f} ppm in {about}"
+            line = sample_of(runs[together[0].run].file, 0)
+            rivals.append(WiringRival(Fault.CLOCK, about, text, mean_square, line))
     return tuple(rivals)
 
 
 def exchanged_runs(
-    records: Sequence[PredictedRecord],
-    campaign: Campaign,
-    refitted: Callable[[Campaign], float],
+    records: Sequence[PredictedRecord], campaign: Campaign, refitted: Callable[[Campaign], float]
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of runs exchanged: what leaves least, or none.
 
@@ -287,15 +284,14 @@ def exchanged_runs(
     mean_square, source = min(tried, key=lambda pair: pair[0])
     text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
     return (
-        WiringRival(RUN_ORDER, ", ".join(source), text, mean_square, key_of("[[runs]]", "file")),
+        WiringRival(
+            Fault.RUN_ORDER, ", ".join(source), text, mean_square, key_of("[[runs]]", "file")
+        ),
     )
 
 
 def refitted_clock(
-    campaign: Campaign,
-    guess: ClockDrift,
-    refitted: Callable[[Campaign], float],
-    enough: float,
+    campaign: Campaign, guess: ClockDrift, refitted: Callable[[Campaign], float], enough: float
 ) -> tuple[ClockDrift, float]:
     """Delay and drift about a guess with which the refitted baseline leaves least, and that.
 
@@ -303,104 +299,76 @@ def refitted_clock(
     be off: where it leaves more than `enough`, its factor is sought by refits, within a bracket, by
     Brent's method. The mean square is infinite where every fit runs away.
     """
-    tried: dict[float, float] = {}
+    tried: dict[float, tuple[ClockDrift, float]] = {}
 
     def mean_square_with(factor: float) -> float:
         """Mean square with the guess times a factor."""
         if factor not in tried:
-            put_back = _put_back(campaign, [_times(guess, factor)])
-            tried[factor] = _refitted_inside(put_back, refitted)
-        return tried[factor]
+            drift = ClockDrift(guess.run, factor * guess.delay, factor * guess.growth)
+            tried[factor] = drift, _refitted_inside(put_back(campaign, [drift]), refitted)
+        return tried[factor][1]
 
-    if mean_square_with(1.0) <= enough:
-        return guess, tried[1.0]
-    minimize_scalar(
-        lambda factor: mean_square_with(float(factor)),
-        bounds=_FACTORS,
-        method="bounded",
-        options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
-    )
-    best = min(tried, key=lambda factor: tried[factor])
-    return _times(guess, best), tried[best]
-
-
-def without_delay(campaign: Campaign, delay: float) -> Campaign:
-    """Campaign whose signals are put back by a delay of all of them."""
-    return _put_back(campaign, [ClockDrift("", delay, 0.0)])
+    if mean_square_with(1.0) > enough:
+        minimize_scalar(
+            lambda factor: mean_square_with(float(factor)),
+            bounds=_FACTORS,
+            method="bounded",
+            options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
+        )
+    return min(tried.values(), key=lambda pair: pair[1])
 
 
 def _refitted_inside(campaign: Campaign, refitted: Callable[[Campaign], float]) -> float:
     """Mean square of the refitted baseline; infinite where it runs away, or no record is left."""
-    if not all(map(_is_mostly_known, campaign.runs)):
+    signals = [values for run in campaign.runs for values in run.signals.values()]
+    if not all(np.isfinite(values).mean() > 0.5 for values in signals):
         return np.inf
     mean_square = refitted(campaign)
     return mean_square if np.isfinite(mean_square) else np.inf
 
 
-def _is_mostly_known(run: Run) -> bool:
-    """Whether half of the samples of every signal are there."""
-    return all(bool(np.isfinite(values).mean() > 0.5) for values in run.signals.values())
-
-
-def clock_rival(
-    run: str, seconds: float, mean_square: float, file: str, *, delay: float = 0.0
-) -> WiringRival:
+def clock_rival(run: Run, seconds: float, mean_square: float, *, delay: float = 0.0) -> WiringRival:
     """Rival that says that a clock drifts by `seconds` over a run, or is off by more all along."""
-    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
+    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run.name}"
     if abs(delay) > abs(seconds):
-        text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run}"
-    return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
+        text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run.name}"
+    return WiringRival(Fault.CLOCK, run.name, text, mean_square, sample_of(run.file, 0))
 
 
-def _clock_of_runs(
-    drifts: Sequence[ClockDrift], runs: Mapping[str, Run], mean_square: float
-) -> WiringRival:
-    """Rival that says that the clock drifts in several runs, at the median rate of them."""
-    rates = [one.growth / float(np.ptp(runs[one.run].time)) for one in drifts]
-    about = ", ".join(one.run for one in drifts)
-    text = f"a clock that drifts by {abs(float(np.median(rates))) * 1e6:.0f} ppm in {about}"
-    return WiringRival(CLOCK, about, text, mean_square, sample_of(runs[drifts[0].run].file, 0))
-
-
-def _put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
+def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
     """Campaign whose signals are where the inputs were when they were read."""
     drift_of = {one.run: one for one in drifts}
 
-    def put_back(run: Run) -> Run:
+    def of_run(run: Run) -> Run:
         drift = drift_of.get(run.name) or drift_of.get("")
-        return run if drift is None else _run_put_back(run, drift.delay, drift.growth)
+        if drift is None:
+            return run
+        along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
+        at = run.time + drift.delay + drift.growth * along
+        signals = {name: at_other_times(run.time, one, at) for name, one in run.signals.items()}
+        return replace(run, signals=signals)
 
-    return replace(campaign, runs=tuple(map(put_back, campaign.runs)))
-
-
-def _times(drift: ClockDrift, factor: float) -> ClockDrift:
-    return replace(drift, delay=factor * drift.delay, growth=factor * drift.growth)
+    return replace(campaign, runs=tuple(map(of_run, campaign.runs)))
 
 
 def _drift(record: PredictedRecord) -> tuple[ClockDrift, float]:
     """Straight line through the delays of the blocks, and its slope over the error of that."""
     n = record.time.size
     length = float(record.time[-1] - record.time[0])
-    delays = []
-    weights = []
-    middles = []
+    blocks = []
     for rows in np.array_split(np.arange(n), _BLOCKS):
         lag, curvature = _delay(record, rows)
         if curvature > 0.0:
-            delays.append(lag * length / (n - 1))
-            weights.append(curvature)
-            middles.append(float(rows.mean()) / (n - 1) - 0.5)
-    if len(delays) < _BLOCKS // 2:
+            blocks.append((lag * length / (n - 1), curvature, float(rows.mean()) / (n - 1) - 0.5))
+    if len(blocks) < _BLOCKS // 2:
         return ClockDrift(record.run, 0.0, 0.0), 0.0
-    tau = np.array(delays)
-    weight = np.array(weights)
-    along = np.array(middles)
+    tau, weight, along = np.array(blocks).T
     middle = float(np.average(along, weights=weight))
     spread = float(np.sum(weight * (along - middle) ** 2))
     mean = float(np.average(tau, weights=weight))
     growth = float(np.sum(weight * (along - middle) * tau)) / spread
     scatter = tau - mean - growth * (along - middle)
-    variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
+    variance = float(np.sum(weight * scatter**2)) / (len(blocks) - 2)
     error = float(np.sqrt(variance / spread))
     sureness = abs(growth) / max(error, float(np.finfo(float).tiny))
     return ClockDrift(record.run, mean - growth * middle, growth), sureness
@@ -487,14 +455,6 @@ def _missed(measured: FloatArray, predicted: FloatArray) -> float:
     residual = np.where(known, residual, 0.0)
     mean = residual.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
-
-
-def _run_put_back(run: Run, delay: float, growth: float) -> Run:
-    """Run with the signals where the inputs were when they were read."""
-    along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
-    at = run.time + delay + growth * along
-    signals = {name: at_other_times(run.time, values, at) for name, values in run.signals.items()}
-    return replace(run, signals=signals)
 
 
 def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:

@@ -8,7 +8,6 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +20,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     LoadAnswer,
     load_answers,
 )
-from carrierflex.diagnosis.wiring.refits import (
-    DECLARED_NOISE,
-    JITTER,
-    LOAD_NOISE,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import Fault, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import (
@@ -63,19 +56,7 @@ def jittered_samples(
 ) -> Iterator[WiringRival]:
     """Samples read off their time, where the square of the gap follows that of the slope.
 
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        Runs beside their prediction.
-    campaign : Campaign
-        The campaign.
-    gap : GapSquare
-        Mean squares of the gap and of the noise.
-
-    Yields
-    ------
-    WiringRival
-        None where the gap is not white, or is not nearly all of this form.
+    None where the gap is not white, or is not nearly all of this form.
     """
     pairs: list[list[FloatArray]] = [[] for _ in campaign.channels]
     total = lagged = 0.0
@@ -107,19 +88,19 @@ def jittered_samples(
         off = np.sqrt(3.0 * variance) / step
         text = f"samples of {names} read up to {off:.2g} steps off their time"
         square = max(gap.before - explained, gap.floor)
-        yield WiringRival(JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
+        yield WiringRival(Fault.JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
 
 
 @dataclass(frozen=True)
 class _PassedOn:
     """Noise of a load that the prediction passes on, summed over runs and channels."""
 
-    share: Annotated[float, "Square of the noise over that of the load"]
-    n_runs: Annotated[int, "Runs in which the load acts"]
-    square: Annotated[float, "Square of what is predicted of the noise, and remains"]
-    unfollowed: Annotated[float, "On lines of noise, what of the prediction the signal lacks"]
-    variance: Annotated[float, "Of `unfollowed`"]
-    predicted: Annotated[float, "Square of the prediction on these lines"]
+    share: float  # Square of the noise over that of the load
+    n_runs: int  # Runs in which the load acts
+    square: float  # Square of what is predicted of the noise, and remains
+    unfollowed: float  # On lines of noise, what of the prediction the signal lacks
+    variance: float  # Of `unfollowed`
+    predicted: float  # Square of the prediction on these lines
 
     def __add__(self, other: "_PassedOn") -> "_PassedOn":
         return _PassedOn(*(sum(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
@@ -141,8 +122,7 @@ def noisy_load(
 ) -> Iterator[WiringRival]:
     """Noise of a load, where the prediction passes on as much of it as the gap is large.
 
-    The arguments are those of :func:`jittered_samples`. None where the machine follows what the
-    load has above its band: that is no noise.
+    None where the machine follows what the load has above its band: that is no noise.
     """
     runs = tuple(records)
     n_samples = sum(record.residual.size for record in runs)
@@ -153,7 +133,7 @@ def noisy_load(
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
             line = sample_of(campaign.runs[0].file, 0)
-            yield WiringRival(LOAD_NOISE, name, text, remaining, line)
+            yield WiringRival(Fault.LOAD_NOISE, name, text, remaining, line)
 
 
 def unfollowed_loads(
@@ -171,7 +151,7 @@ def unfollowed_loads(
                 "is fitted to it",
                 passed_on.noise,
                 sample_of(campaign.runs[0].file, 0),
-                LOAD_NOISE,
+                Fault.LOAD_NOISE,
             )
 
 
@@ -224,8 +204,7 @@ def noisier_readings(
 ) -> Iterator[WiringRival]:
     """Noise larger than declared, where white noise makes the gap.
 
-    The arguments are those of :func:`jittered_samples`. None where the noise of a channel is not
-    declared, or where the gap is smoother than white noise.
+    None where the noise of a channel is not declared, or the gap is smoother than white noise.
     """
     declared = np.array([one.noise_std or np.nan for one in campaign.channels])
     scatter = [[neighbour_noise(residual) for residual in one.residual.T] for one in records]
@@ -242,7 +221,7 @@ def noisier_readings(
         text = f"noise larger than declared ({factors} times)"
         square = max(gap.before - of_noise, gap.floor)
         line = key_of(f"[[channels]] {names[0]}", "noise_std")
-        yield WiringRival(DECLARED_NOISE, ", ".join(names), text, square, line)
+        yield WiringRival(Fault.DECLARED_NOISE, ", ".join(names), text, square, line)
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:

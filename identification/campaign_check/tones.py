@@ -17,14 +17,14 @@ from carrierflex.identification.campaign_check.campaign_warning import CampaignW
 FloatArray = NDArray[np.float64]
 
 #: A line's power over the median of its surroundings, and the half width of these in lines.
-_STANDS_OUT, _SURROUNDINGS = 60.0, 40
+STANDS_OUT, SURROUNDINGS = 60.0, 40
 #: Lines beside the peak that may still stand out: a tone keeps its frequency, an order does not.
 _NARROW = 3
 #: Amplitude of the nearest order over that of the line from which the line is that order.
 _LIKE_AN_ORDER = 0.7
 #: Amplitude of a tone over the noise that is told.
 _LOUD = 1.0
-_FEWEST_SAMPLES = 256
+FEWEST_SAMPLES = 256
 #: Harmonics of a drive of few lines that a nonlinear element shows.
 _MOST_HARMONICS = 10.0
 #: A line of a drive over its surroundings; power that drives whatever is beside it, and power that
@@ -51,7 +51,7 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     CampaignWarning
         Check ``tone``.
     """
-    runs = [run for run in campaign.runs if run.time.size >= _FEWEST_SAMPLES]
+    runs = [run for run in campaign.runs if run.time.size >= FEWEST_SAMPLES]
     for channel in campaign.channels:
         tones = [(run, tone) for run in runs for tone in _tones(run, channel)]
         for run, tone in sorted(tones, key=lambda pair: -pair[1].amplitude):
@@ -81,12 +81,12 @@ def _tones(run: Run, channel: Channel) -> list[_Tone]:
     """Narrow lines of one record off the orders and off the drive."""
     values = run.signals[channel.name]
     present = np.isfinite(values)
-    if np.count_nonzero(present) < _FEWEST_SAMPLES:
+    if np.count_nonzero(present) < FEWEST_SAMPLES:
         return []
     level = np.interp(run.time, run.time[present], values[present])
     frequency, power, scale = _spectrum(level, run.time)
-    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
-    stands_out = power > _STANDS_OUT * np.maximum(typical, np.finfo(float).tiny)
+    typical = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
+    stands_out = power > STANDS_OUT * np.maximum(typical, np.finfo(float).tiny)
     tones = []
     for line in np.flatnonzero(stands_out[1:-1]).tolist():
         k = line + 1
@@ -151,7 +151,7 @@ def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
     if not np.ptp(values) > 0.0:
         return False
     lines, power, _ = _spectrum(values, time)
-    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    typical = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
     is_line = (power > _LINE_OF_DRIVE * typical) & (power > _ROUNDING * power.max())
     strong = is_line | (power > _STRONG * power.max())
     nearest = int(np.argmin(np.abs(lines - frequency)))

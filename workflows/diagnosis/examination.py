@@ -16,7 +16,10 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import RUN, GapSquare
+from carrierflex.diagnosis.wiring.refits import (
+    Fault,
+    GapSquare,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
@@ -56,7 +59,7 @@ class ExaminedCampaign:
             self.baseline(fit), self.problem.class_answer, gap
         )
         # An effect that grows with the motion is largest there; a diagnosis weighs both.
-        largest = (RUN, baseline.largest_run)
+        largest = (Fault.RUN, baseline.largest_run)
         others = (one for one in baseline.warnings if (one.id, one.about) != largest)
         return (*self.warnings, *others)
 
@@ -110,9 +113,14 @@ class ExaminedCampaign:
 
     def checked(self, compared: Diagnosis, findings: Sequence[CampaignWarning] = ()) -> Diagnosis:
         """A diagnosis of these records with what does not look right in them."""
-        # The nearest law of a class may be one that no simulator has.
-        laws = tuple(law for law in compared.likely_laws if law in self.problem.cards)
-        answer = None if compared.attribution.effects else compared.classes
+        # Laws that are named, nearest to a named class, or in the best set that was tried. The
+        # nearest law of a class may be one that no simulator has.
+        which, classes = compared.attribution, compared.classes
+        nearest = [finding.law for finding in classes.classes] if classes else []
+        best = [law for ranked in which.ranking[:1] for law in ranked.effects]
+        likely = dict.fromkeys((*which.effects, *nearest, *best))
+        laws = tuple(law for law in likely if law in self.problem.cards)
+        answer = None if which.effects else classes
         shapes = answer.shapes if answer else ()
         baseline = self.baseline(compared.baseline, laws, shapes)
         reduction = compared.reduction

@@ -7,7 +7,10 @@ from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
-from carrierflex.diagnosis.inference.gap_reduction import EffectsInTurn, effects_in_turn
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.inference.law_fits import explained_share, law_fits
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import Verdict
 from carrierflex.diagnosis.report.gap_words import where_text
@@ -38,6 +41,44 @@ from carrierflex.workflows.simulation import simulate_carrier
 _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
 #: Effects of the 2012 paper's models M1 and M2, in the order of its argument.
 _PAPER_EFFECTS = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")
+
+
+@dataclass(frozen=True, eq=False)
+class EffectsInTurn:
+    """What every effect of a list is worth on held-out records."""
+
+    effects: Effects  # Effect ids in the order they are added; n_effects
+    #: Held-out RMS: baseline, then after each addition, in the unit of the channels, shape
+    #: (n_effects + 1,)
+    rms: FloatArray
+    rms_alone: FloatArray  # Held-out RMS of the baseline and one effect, shape (n_effects,)
+    #: Share of the mean square above the noise floor that is explained, shape (n_effects + 1,)
+    phi: FloatArray
+    noise_floor: float  # RMS that no model can go below
+
+    @property
+    def rho(self) -> FloatArray:
+        """RMS over the baseline's, shape (n_effects + 1,)."""
+        return self.rms / self.rms[0]
+
+
+def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
+    """Score effects on held-out records, each added in turn and each alone."""
+    unknown = [effect for effect in effects if effect not in problem.cards]
+    if unknown:
+        raise ValueError(
+            f"effects {', '.join(unknown)}; expected candidates of the problem: "
+            f"{', '.join(problem.cards)}"
+        )
+    search = law_fits(problem, Thresholds())
+    squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
+    return EffectsInTurn(
+        effects=tuple(effects),
+        rms=np.sqrt(squares),
+        rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
+        phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
+        noise_floor=float(np.sqrt(search.floor)),
+    )
 
 
 @dataclass(frozen=True, eq=False)

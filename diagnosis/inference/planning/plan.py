@@ -11,7 +11,6 @@ an RMS in floors of noise, the measure of the diagnosis's rules.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from carrierflex.diagnosis.inference.planning.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Columns whose square is below this share of the largest do not act.
 _ABSENT = 1e-24
@@ -40,18 +40,9 @@ _ABSENT = 1e-24
 class Signature:
     """Columns of one effect at one value of its shape, or on one channel."""
 
-    effect: Annotated[str, "Effect id"]
-    variant: Annotated[tuple[float, ...], "Shape or channel; empty without"]
-    columns: Annotated[tuple[int, ...], "Numbers of the columns in the table"]
-
-
-@dataclass(frozen=True)
-class ScaledParameter:
-    """What an amplitude is called, in which unit, and the size of it that is worth noticing."""
-
-    name: str
-    unit: str
-    scale: float
+    effect: str  # Effect id
+    variant: tuple[float, ...]  # Shape or channel; empty without
+    columns: tuple[int, ...]  # Numbers of the columns in the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,40 +53,29 @@ class PlannedTable:
     those of unit parameters times their scale: the amplitudes count in sizes worth noticing.
     """
 
-    gram: Annotated[
-        FloatArray,
-        "Products ``X' X / sigma²``: the target first, then `n_base` regressors, then "
-        "signatures, shape (n_parts, n, n)",
-    ]
-    n_base: Annotated[int, "Regressors of the baseline"]
-    known: Annotated[
-        FloatArray,
-        "Precision of what is known of each baseline parameter, in the units of its column; "
-        "zero where nothing is, infinite where its value is known, shape (n_base,)",
-    ]
-    signatures: Annotated[tuple[Signature, ...], "Columns by effect and variant"]
-    parameters: Annotated[Mapping[str, ScaledParameter], "First amplitude of every effect"]
-    runs: Annotated[IntArray, "Run of every part"]
-    channels: Annotated[IntArray, "Channel of every part"]
-    n_samples: Annotated[FloatArray, "Samples of every part, shape (n_parts,)"]
-    run_names: Annotated[tuple[str, ...], "Runs by number"]
-    channel_names: Annotated[tuple[str, ...], "Channels by number"]
-    noise_std: Annotated[
-        float, "Root of the mean variance of the noise, in the unit of the channels"
-    ]
-    n_unrecorded: Annotated[
-        int,
-        "Columns at the end of what an unrecorded radial load would add, run by run, scaled to a "
-        "standard deviation of one; 0 where loads are on record",
-    ] = 0
-    bending_precision: Annotated[
-        float, "What strain gauges of the shaft's bending tell of each of these columns"
-    ] = 0.0
-    bound: Annotated[
-        FloatArray | None,
-        "Largest size of each column's amplitude, infinite where it has none, shape (n,); None: "
-        "no column has one",
-    ] = None
+    #: Products ``X' X / sigma²``: the target first, then `n_base` regressors, then signatures,
+    #: shape (n_parts, n, n)
+    gram: FloatArray
+    n_base: int  # Regressors of the baseline
+    #: Precision of what is known of each baseline parameter, in the units of its column; zero where
+    #: nothing is, infinite where its value is known, shape (n_base,)
+    known: FloatArray
+    signatures: tuple[Signature, ...]  # Columns by effect and variant
+    parameters: Mapping[str, FitParameter]  # First amplitude of every effect
+    runs: IntArray  # Run of every part
+    channels: IntArray  # Channel of every part
+    n_samples: FloatArray  # Samples of every part, shape (n_parts,)
+    run_names: tuple[str, ...]  # Runs by number
+    channel_names: tuple[str, ...]  # Channels by number
+    noise_std: float  # Root of the mean variance of the noise, in the unit of the channels
+    #: Columns at the end of what an unrecorded radial load would add, run by run, scaled to a
+    #: standard deviation of one; 0 where loads are on record
+    n_unrecorded: int = 0
+    #: What strain gauges of the shaft's bending tell of each of these columns
+    bending_precision: float = 0.0
+    #: Largest size of each column's amplitude, infinite where it has none, shape (n,); None: no
+    #: column has one
+    bound: FloatArray | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -130,22 +110,23 @@ class PlannedTable:
             products[loads, loads] += load_precision
             base = np.concatenate([base, loads])
         acts = [k for k in base.tolist() if products[k, k] > _ABSENT * np.max(products[base, base])]
-        projected = _projected(products, acts)
-        return _MeasuredGram(projected, np.diag(products).copy(), n_samples, cost)
+        square, projected = np.diag(products).copy(), products
+        if acts:
+            # What they leave of all others (Schur complement).
+            inverse = normal_inverse(products[np.ix_(acts, acts)])
+            projected = products - products[:, acts] @ inverse @ products[acts, :]
+        return _MeasuredGram(projected, square, n_samples, cost)
 
 
 @dataclass(frozen=True, eq=False)
 class _MeasuredGram:
     """What a campaign tells of the signatures."""
 
-    projected: Annotated[
-        FloatArray,
-        "Products of what the baseline leaves of the columns, over the noise's variance, shape "
-        "(n, n)",
-    ]
-    square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
-    n_samples: Annotated[float, "Samples of all channels"]
-    cost: Annotated[FloatArray, "Energy of an amplitude of one by its bound, shape (n,)"]
+    #: Products of what the baseline leaves of the columns, over the noise's variance, shape (n, n)
+    projected: FloatArray
+    square: FloatArray  # Squares of the whole columns, shape (n,)
+    n_samples: float  # Samples of all channels
+    cost: FloatArray  # Energy of an amplitude of one by its bound, shape (n,)
 
     def energies(self, signature: Signature) -> tuple[float, float]:
         """Energy of a signature's mean direction beside the baseline, and of all of it."""
@@ -163,14 +144,6 @@ class _MeasuredGram:
         length = np.sqrt(np.maximum(square, np.finfo(float).tiny))
         gram = self.projected[np.ix_(columns, columns)] + np.diag(self.cost[columns])
         return gram / np.outer(length, length), length
-
-
-def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
-    """Gram matrix once some columns are taken out of all others (Schur complement)."""
-    if not columns:
-        return gram
-    inverse = normal_inverse(gram[np.ix_(columns, columns)])
-    return gram - gram[:, columns] @ inverse @ gram[columns, :]
 
 
 #: A rival must leave this many times what the diagnosis asks for: the curves, gains and angles of
@@ -194,7 +167,6 @@ class _Case:
 
     signature: Signature
     directions: FloatArray
-    is_one: bool
 
 
 def campaign_plan(
@@ -259,20 +231,16 @@ def _order(ranked: RankedAddition) -> tuple[float, ...]:
 def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> VisibleSize:
     """Smallest size of an effect, of the median of its variants and of the mean direction."""
     parameter = table.parameters[effect]
-    energies = []
-    shares = []
-    numbers = []
+    rows = []
     for signature in table.of(effect):
         remaining, square = measured.energies(signature)
-        if square == 0.0:
-            continue
-        remaining = max(remaining, 0.0)
-        energies.append(remaining / len(signature.columns))
-        shares.append(np.sqrt(remaining / square))
-        numbers.append(len(signature.columns))
+        if square > 0.0:
+            n, remaining = len(signature.columns), max(remaining, 0.0)
+            rows.append((remaining / n, np.sqrt(remaining / square), n))
+    energies, shares, numbers = np.array(rows).reshape(-1, 3).T
     least = Thresholds().surviving_share
-    surviving = float(np.median(shares)) if shares else 0.0
-    sigmas = _visible_multiple(max(numbers, default=1))
+    surviving = float(np.median(shares)) if rows else 0.0
+    sigmas = _visible_multiple(int(max(numbers, default=1)))
     root = np.sqrt(measured.n_samples)
     is_visible = surviving >= least
     visible_gap = sigmas / root if is_visible else np.inf
@@ -328,8 +296,7 @@ def _planned_cases(
     for signature in table.signatures:
         directions = _visible_directions(measured, signature)
         if len(directions) and measured.shows(signature):
-            case = _Case(signature, size * directions, False)
-            cases.setdefault(signature.effect, []).append(case)
+            cases.setdefault(signature.effect, []).append(_Case(signature, size * directions))
     return cases
 
 
@@ -345,9 +312,9 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
         right = measured.projected[columns, 0] / length
         amplitudes = np.linalg.pinv(gram, rcond=_DEPENDENT, hermitian=True) @ right
         remaining = square - float(amplitudes @ right)
-        case = _Case(signature, (amplitudes / length)[None], True)
+        case = _Case(signature, (amplitudes / length)[None])
         fits.setdefault(signature.effect, []).append((remaining, case))
-    best = min((remaining for columns in fits.values() for remaining, _ in columns), default=square)
+    best = min((remaining for pairs in fits.values() for remaining, _ in pairs), default=square)
     explains = Thresholds().explained
     if best > (1.0 - explains) * square:
         return None
@@ -356,18 +323,17 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
     # Every shape that the records allow: one torque says nothing of the torque at which a
     # clearance closes.
     consistent = {
-        effect: [case for remaining, case in columns if remaining <= most]
-        for effect, columns in fits.items()
+        effect: [case for remaining, case in of_effect if remaining <= most]
+        for effect, of_effect in fits.items()
     }
-    return {effect: columns for effect, columns in consistent.items() if columns}
+    return {effect: cases for effect, cases in consistent.items() if cases}
 
 
 def _remaining_energy(
     table: PlannedTable, measured: _MeasuredGram, cases: Sequence[_Case], rival: str
 ) -> float:
     """Energy that a rival leaves of a cause, the median over the cause's variants."""
-    energies = [_least_energy(measured, case, table.of(rival)) for case in cases]
-    return float(np.median(energies))
+    return float(np.median([_least_energy(measured, case, table.of(rival)) for case in cases]))
 
 
 def _pair(
@@ -383,7 +349,12 @@ def _pair(
         return np.sqrt(_remaining_energy(table, gram, cases[cause], rival) / gram.n_samples)
 
     remaining = remaining_in(measured)
-    size = _gap_of(measured, cases[cause])
+    planned = []
+    for case in cases[cause]:
+        columns, direction = list(case.signature.columns), case.directions[0]
+        planned.append(direction @ measured.projected[np.ix_(columns, columns)] @ direction)
+    # RMS that the cause leaves as planned, in floors.
+    size = float(np.sqrt(np.median(planned) / measured.n_samples))
     sine = min(1.0, remaining / size) if size > 0.0 else 0.0
     wanted = Thresholds().exchange_ratio
     state = PARTED
@@ -399,16 +370,6 @@ def _pair(
     )
 
 
-def _gap_of(measured: _MeasuredGram, cases: Sequence[_Case]) -> float:
-    """RMS that a cause leaves as planned, in floors."""
-    energies = []
-    for case in cases:
-        columns = list(case.signature.columns)
-        gram = measured.projected[np.ix_(columns, columns)]
-        energies.append(float(case.directions[0] @ gram @ case.directions[0]))
-    return float(np.sqrt(np.median(energies) / measured.n_samples))
-
-
 def _ranked(
     table: PlannedTable,
     cases: Mapping[str, Sequence[_Case]],
@@ -421,22 +382,18 @@ def _ranked(
         (pair.cause, pair.rival): _remaining_energy(table, enlarged, cases[pair.cause], pair.rival)
         for pair in alike
     }
-    remaining = {
-        pair: float(np.sqrt(energy_of / enlarged.n_samples)) for pair, energy_of in energies.items()
-    }
-    parted = tuple(pair for pair, energy_of in remaining.items() if energy_of >= wanted)
+    remaining = np.sqrt(np.array(list(energies.values())) / enlarged.n_samples)
+    parted = tuple(pair for pair, one in zip(energies, remaining, strict=True) if one >= wanted)
     energy = min(energies.values())
-    tiny = np.finfo(float).tiny
-    mean_remaining = float(np.exp(np.mean(np.log(np.maximum(list(remaining.values()), tiny)))))
     return RankedAddition(
         addition,
-        min(remaining.values()),
-        mean_remaining,
-        float(np.sqrt(energy)),
-        0.5 * energy,
-        0.5 * energy / addition.cost,
-        parted,
-        len(parted) == len(remaining),
+        least_left=float(remaining.min()),
+        mean_left=float(np.exp(np.mean(np.log(np.maximum(remaining, np.finfo(float).tiny))))),
+        distance=float(np.sqrt(energy)),
+        information=0.5 * energy,
+        per_cost=0.5 * energy / addition.cost,
+        parted=parted,
+        is_sufficient=len(parted) == len(remaining),
     )
 
 
@@ -459,29 +416,16 @@ def _visible_directions(measured: _MeasuredGram, signature: Signature) -> FloatA
     return np.asarray((vectors[:, keep] / np.sqrt(values[keep])).T)
 
 
-def _remainders(
-    measured: _MeasuredGram, cause: Signature, rivals: tuple[Signature, ...]
-) -> FloatArray:
-    """Products of what the rival's best-fitting variant leaves of a cause, one matrix a variant."""
-    of_cause, projected = list(cause.columns), measured.projected
-    products = []
+def _least_energy(measured: _MeasuredGram, case: _Case, rivals: tuple[Signature, ...]) -> float:
+    """Energy that a refitted rival leaves of a cause, of its variants the one that fits best."""
+    of_cause, projected = list(case.signature.columns), measured.projected
+    energies = [np.inf]
     for rival in rivals:
         columns = list(rival.columns)
         gram, length = measured.fitted(columns)
         mixed = projected[np.ix_(of_cause, columns)] / length
         inverse = np.linalg.pinv(gram, rcond=_UNSEEN, hermitian=True)
-        products.append(projected[np.ix_(of_cause, of_cause)] - mixed @ inverse @ mixed.T)
-    return np.array(products)
-
-
-def _least_energy(measured: _MeasuredGram, case: _Case, rivals: tuple[Signature, ...]) -> float:
-    """Energy that a refitted rival leaves of a cause: at one amplitude, or where it fits best."""
-    directions = case.directions
-    if directions.size == 0:
-        return 0.0
-    products = _remainders(measured, case.signature, rivals)
-    if case.is_one:
-        energies = np.einsum("i,vij,j->v", directions[0], products, directions[0])
-    else:
-        energies = np.linalg.eigvalsh(directions @ products @ directions.T)[:, 0]
-    return max(0.0, float(energies.min()))
+        remaining = projected[np.ix_(of_cause, of_cause)] - mixed @ inverse @ mixed.T
+        along = case.directions @ remaining @ case.directions.T
+        energies.append(float(np.linalg.eigvalsh(along)[0]))
+    return max(0.0, min(energies))

@@ -207,22 +207,21 @@ def first_sentences(plan: CampaignPlan) -> str:
         fit = "One cause alone fits" if plan.is_measured else "Fewer than two causes leave"
         sentences.append(f"{fit} {where}; there is nothing to distinguish.")
         return " ".join(sentences)
-    if not plan.alike:
+    if plan.alike:
         sentences.append(
-            f"At {where} no cause is mistaken for another that can be distinguished from it."
+            f"At {where} these can be confused with another cause: {_pair_words(plan.alike)}; a "
+            f"rival leaves a residual below {plan.left_wanted:g} floors."
         )
     else:
         sentences.append(
-            f"At {where} these can be confused with another cause: {_pair_words(plan.alike)}; a "
-            "rival "
-            f"leaves a residual below {plan.left_wanted:g} floors."
+            f"At {where} no cause is mistaken for another that can be distinguished from it."
         )
     never = tuple(pair for pair in plan.pairs if pair.state == NEVER)
     if never:
         sentences.append(
             f"No feasible addition separates {_pair_words(never)}: one contains the other as a "
-            "limit, "
-            "or no sensor and load distinguishes them; of equal fits the simpler one is named."
+            "limit, or no sensor and load distinguishes them; of equal fits the simpler one is "
+            "named."
         )
     if plan.proposal is not None:
         sentences.append(_proposal_words(plan.proposal, len(plan.alike)))

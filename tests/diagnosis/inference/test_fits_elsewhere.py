@@ -26,5 +26,5 @@ def test_fits_made_in_another_process_are_the_same_numbers():
     assert list(here.scores) == list(there.scores)
     assert list(here.fits) == list(there.fits)
     for effects, score in here.scores.items():
-        assert_allclose(there.scores[effects].square, score.square, rtol=0.0, atol=0.0)
+        assert_allclose(there.scores[effects], score, rtol=0.0, atol=0.0)
         assert_allclose(there.fits[effects].theta, here.fits[effects].theta, rtol=0.0, atol=0.0)

@@ -13,7 +13,6 @@ from carrierflex.diagnosis.inference.law_fits import (
     law_fits,
     selected,
 )
-from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import linear_problem, write_score
 
@@ -27,8 +26,7 @@ class JudgedFits(LawFits):
     rejected: dict = field(default_factory=dict)
 
     def rejection(self, effects):
-        text = self.rejected.get(effects)
-        return None if text is None else Rejection("explained", "", text)
+        return self.rejected.get(effects, "")
 
 
 @pytest.fixture
@@ -114,9 +112,8 @@ def test_of_sets_of_one_size_the_best_is_accepted_and_the_others_are_its_rivals(
 
 def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
     fits = judged({**BASE, ("a",): 1.0, ("b",): 1.1})
-    score = fits.scores[("a",)]
-    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
-    fits.scores[("a",)] = replace(score, fit=more)
+    fit = fits.fits[("a",)]
+    fits.fits[("a",)] = replace(fit, parameters=(*fit.parameters, fit.parameters[-1]))
     selection = selection_of(fits)
     assert selection.accepted == ("b",)
     # The other needs more parameters, so that it is no rival either.
@@ -131,9 +128,8 @@ def test_laws_that_differ_only_in_what_they_follow_count_as_the_simplest_of_them
 ):
     """Where the records cannot say what a class follows, more parameters are no argument."""
     fits = judged({**BASE, ("a",): 1.1, ("b",): 1.0})
-    score = fits.scores[("a",)]
-    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
-    fits.scores[("a",)] = replace(score, fit=more)
+    fit = fits.fits[("a",)]
+    fits.fits[("a",)] = replace(fit, parameters=(*fit.parameters, fit.parameters[-1]))
     library = dict(fits.problem.library)
     card = library["a"]
     second = replace(card.parameters[-1], name="y")
@@ -157,9 +153,8 @@ def test_a_known_alias_of_more_parameters_that_leaves_less_is_a_rival(
     judged, aliases, left_by_b, rivals
 ):
     fits = judged({**BASE, ("a",): 1.0, ("b",): left_by_b})
-    score = fits.scores[("a",)]
-    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
-    fits.scores[("a",)] = replace(score, fit=more)
+    fit = fits.fits[("a",)]
+    fits.fits[("a",)] = replace(fit, parameters=(*fit.parameters, fit.parameters[-1]))
     library = dict(fits.problem.library)
     library["b"] = replace(library["a"], id="b", aliases=aliases)
     fits.problem = replace(fits.problem, library=library)

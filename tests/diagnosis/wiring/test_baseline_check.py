@@ -17,7 +17,9 @@ from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.refits import INPUT_GAIN
+from carrierflex.diagnosis.wiring.refits import (
+    Fault,
+)
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.examination import examined
@@ -127,7 +129,7 @@ def test_exchanged_sensors_explain_the_gap(kind, pair):
 
 def test_a_load_a_little_too_large_beside_the_others_is_told_once():
     check = checked(changed(explained("mounting"), "torque", lambda values: 1.05 * values))
-    (rival,) = [rival for rival, _ in check.rivals if rival.id == INPUT_GAIN]
+    (rival,) = [rival for rival, _ in check.rivals if rival.id == Fault.INPUT_GAIN]
     assert rival.about == "torque"
     assert float(rival.text.split()[1]) == pytest.approx(1.0 / 1.05, rel=0.02)
 
@@ -304,9 +306,9 @@ def test_runs_of_different_length_are_never_exchanged():
 def test_a_load_that_is_too_large_beside_the_others_explains_the_gap():
     campaign = explained("mounting")
     check = checked(changed(campaign, "torque", lambda values: 1.3 * values))
-    shares = {rival.about: share for rival, share in check.rivals if rival.id == INPUT_GAIN}
+    shares = {rival.about: share for rival, share in check.rivals if rival.id == Fault.INPUT_GAIN}
     assert shares["torque"] > 0.9
-    text = next(r.text for r, _ in check.rivals if (r.id, r.about) == (INPUT_GAIN, "torque"))
+    text = next(r.text for r, _ in check.rivals if (r.id, r.about) == (Fault.INPUT_GAIN, "torque"))
     assert float(text.split()[1]) == pytest.approx(1.0 / 1.3, rel=0.1)
 
 

@@ -13,8 +13,8 @@ from carrierflex.diagnosis.wiring.refits import (
     _missed,
     _missed_by_lag,
     drifting_clocks,
+    put_back,
     refitted_clock,
-    without_delay,
 )
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
@@ -89,7 +89,9 @@ def test_signals_that_are_put_back_are_where_they_were(campaign):
         campaign,
         runs=tuple(read_late(run, lambda time: 0.05 + 0.0 * time) for run in campaign.runs),
     )
-    for back, run in zip(without_delay(late, 0.05).runs, campaign.runs, strict=True):
+    for back, run in zip(
+        put_back(late, [ClockDrift("", 0.05, 0.0)]).runs, campaign.runs, strict=True
+    ):
         scale = np.abs(force_of(run)).max()
         inner = slice(50, -50)
         np.testing.assert_allclose(force_of(back)[inner], force_of(run)[inner], atol=0.02 * scale)
@@ -116,7 +118,7 @@ def test_a_guess_that_does_not_explain_the_gap_is_sought_by_refits(campaign):
     assert square < 1e-3 * mean_square(late)
     assert refitted_clock(late, guess, mean_square, np.inf) == (
         guess,
-        mean_square(without_delay(late, 0.07)),
+        mean_square(put_back(late, [guess])),
     )
 
 

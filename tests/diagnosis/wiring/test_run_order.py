@@ -10,7 +10,11 @@ from carrierflex.blind_check.labels import NOTHING
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.diagnosis.wiring.refits import RUN_ORDER, PredictedRecord, exchanged_runs
+from carrierflex.diagnosis.wiring.refits import (
+    Fault,
+    PredictedRecord,
+    exchanged_runs,
+)
 from carrierflex.workflows.fe.default_curves import default_curves
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
@@ -44,7 +48,7 @@ def test_runs_that_fit_the_wrong_inputs_a_little_better_are_refitted(campaign):
     # The fit lies between the two runs, a little nearer to the pairs that it has met.
     met = records(campaign, [(1.0, 1.52), (2.0, 1.5), (5.0, 5.0)])
     (result,) = exchanged_runs(met, campaign, mean_square)
-    assert (result.id, result.about, result.mean_square) == (RUN_ORDER, "one, two", 0.0)
+    assert (result.id, result.about, result.mean_square) == (Fault.RUN_ORDER, "one, two", 0.0)
 
 
 def test_runs_that_fit_their_own_inputs_far_better_are_not_refitted(campaign):
@@ -65,4 +69,4 @@ def test_exchanged_runs_beside_an_offset_of_every_run_are_told():
     problem, _ = problem_of(wrong, default_curves())
     check = checked_baseline(problem, wrong, problem.wiring(wrong))
     shares = {rival.id: share for rival, share in check.rivals}
-    assert shares[RUN_ORDER] > 0.99
+    assert shares[Fault.RUN_ORDER] > 0.99

@@ -369,7 +369,7 @@ def test_findings_of_records_and_baseline_are_told_with_every_verdict():
         # What a corrected record explains is no noise, and the most likely cause.
         assert told_with.verdict == NONE_OF_THESE
         assert told_with.reason.split("; otherwise ")[-1] == "why"
-        assert [warning.check for warning in told_with.warnings] == ["unit", "bound"]
+        assert [warning.check for warning in told_with.warnings] == ["wiring", "unit", "bound"]
         assert told_with.reason_id == "wiring/torque_sign"
     # Nor is it the noise whose size is not known.
     floor_unknown = replace(named(NOT_DIAGNOSABLE), reason_id=FLOOR_UNKNOWN)
@@ -466,15 +466,15 @@ def test_a_fault_that_any_cause_may_look_like_must_explain_more_than_what_is_nam
 
 
 def test_values_by_run_are_no_finding_beside_a_cause_that_explains_as_much():
-    by_run = replace(finding("wiring"), id="run_variation", figure=0.9)
-    assert with_findings(named(NAMED, 0.95), (), BaselineCheck((by_run,), ())).warnings == ()
-    assert with_findings(named(NAMED, 0.85), (), BaselineCheck((by_run,), ())).warnings == (by_run,)
+    check = BaselineCheck((), ((replace(rival(1.0), id="run_variation"), 0.9),))
+    assert with_findings(named(NAMED, 0.95), (), check).warnings == ()
+    (warning,) = with_findings(named(NAMED, 0.85), (), check).warnings
+    assert (warning.check, warning.id, warning.figure) == ("wiring", "run_variation", 0.9)
 
 
 def test_the_headline_names_the_fault_first_and_every_alternative():
-    fault = replace(finding("wiring"), id="wiring/polarity", about="s1", figure=0.98)
-    one = replace(rival(1.0), id="wiring/polarity")
-    diagnosis = with_findings(named(NAMED, 0.9), (), BaselineCheck((fault,), ((one, 0.98),)))
+    one = replace(rival(1.0, "s1"), id="wiring/polarity")
+    diagnosis = with_findings(named(NAMED, 0.9), (), BaselineCheck((), ((one, 0.98),)))
     assert verdict_heading(diagnosis) == (
         "Check s1 first (polarity): it explains 98 % of the gap; otherwise the gap is explained by "
         "one of several causes. Cannot be distinguished in these records: one of tilt; offset; a "
@@ -505,8 +505,7 @@ def test_a_fault_beside_the_named_law_is_a_finding_and_beside_one_of_several_an_
 
 def test_causes_that_a_fault_stands_for_together_are_no_alternatives_of_each_other():
     both = named(effects=("sensor_delay", "maxwell_branch"))
-    warning = CampaignWarning("wiring", "q", "text", "remedy", 1.0, "line", rival(0.0).id)
-    check = BaselineCheck((warning,), ((rival(0.0), 1.0),))
+    check = BaselineCheck((), ((rival(0.0, "q"), 1.0),))
     heading = verdict_heading(with_findings(both, (), check))
     assert "the gap is explained by sensor delay, Maxwell branch and" in heading
     assert "sensor delay; Maxwell branch" not in heading

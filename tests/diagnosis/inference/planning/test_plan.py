@@ -7,7 +7,6 @@ import pytest
 
 from carrierflex.diagnosis.inference.planning.plan import (
     PlannedTable,
-    ScaledParameter,
     Signature,
     _visible_multiple,
     campaign_plan,
@@ -23,6 +22,7 @@ from carrierflex.diagnosis.inference.planning.results import (
     Costs,
     first_sentences,
 )
+from carrierflex.simulation.fit_parameter import FitParameter
 
 N_SAMPLES = 400.0
 SCALES = {"offset": 2e-5, "tilt": 1e-4}
@@ -39,7 +39,9 @@ def table_of(columns, *, runs, channels, n_base=0, scales=SCALES):
         n_base=n_base,
         known=np.zeros(n_base),
         signatures=tuple(Signature(name, (), (1 + n_base + k,)) for k, name in enumerate(names)),
-        parameters={name: ScaledParameter("a", "m", scale) for name, scale in scales.items()},
+        parameters={
+            name: FitParameter("a", "m", -1.0, 1.0, scale) for name, scale in scales.items()
+        },
         runs=np.array([run[0] for run in runs]),
         channels=np.array([run[1] for run in runs]),
         n_samples=np.full(len(runs), N_SAMPLES),

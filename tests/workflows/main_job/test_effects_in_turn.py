@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.inference.gap_reduction import effects_in_turn
+from carrierflex.workflows.main_job.job import effects_in_turn
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, NOISE, twin_campaign, twin_problem
 
 pytestmark = pytest.mark.long
