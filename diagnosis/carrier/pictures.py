@@ -24,8 +24,6 @@ from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import OrderFit
 
-#: Residuals that are cached: map, findings, scalars and overlays are of two models.
-_CACHED = 2
 #: Angles of one turn [rad].
 _TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
@@ -37,8 +35,6 @@ _READING = (
 _NUMBER_WORDS = ("three", "four", "five", "six", "seven", "eight")
 #: Sensors and runs drawn at most.
 _MOST_PANELS = 6
-#: Share of the largest gap below which a sensor or a run is not drawn.
-_WORTH_DRAWING = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +139,8 @@ class ModelResiduals:
 
     @cached_property
     def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        return lru_cache(_CACHED)(lambda effects, theta: self._made(effects, np.array(theta)))
+        # Map, findings, scalars and overlays are of two models.
+        return lru_cache(2)(lambda effects, theta: self._made(effects, np.array(theta)))
 
 
 def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
@@ -183,7 +180,7 @@ def _carrier_polar(
     complete = np.where(np.isfinite(size), size, -1.0)
     run, channel = (int(k) for k in np.unravel_index(np.argmax(complete), complete.shape))
     shown = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
-    worth = np.flatnonzero(complete[run] >= _WORTH_DRAWING * complete[run, channel]).tolist()
+    worth = np.flatnonzero(complete[run] >= 0.1 * complete[run, channel]).tolist()
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
     n_omitted = len(channels) - len(sensors[:_MOST_PANELS])
     note = (

@@ -41,10 +41,6 @@ from carrierflex.simulation.carrier.rim import CarrierInputs
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.stage.stage_data import MountingData
 
-#: Steps of torque, over the nominal one.
-_TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
-#: Torques of the radial loads, and shares of the largest one.
-_LOADED_TORQUES = (0.25, 1.0)
 _LOADS = (("y", 1.0, 0.0), ("-y", -1.0, 0.0), ("z", 0.0, 1.0), ("-z", 0.0, -1.0))
 _SHARES = (0.5, 1.0)
 #: Lengths of an added run over the mean planned one, and of all runs made longer.
@@ -55,10 +51,6 @@ _SPEED_SHARE = 0.5
 _EVERY, _CLOSEST = 30, 10.0
 #: Effects that a radial load without a record has, and the columns of its record.
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
-#: Zero and calibration of strain gauges on the main shaft beside its main bearing [N m]; chosen.
-_BENDING_ERROR = 1e3
-#: Samples of a turn at least, in an added run.
-_SAMPLES_A_TURN = 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +115,12 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     full = min(nominal, limits.torque)
     loads = [
         _Load(f"torque {s:g}", f"{s:.0%} torque without radial load", s * nominal, 0.0, 0.0, speed)
-        for s in _TORQUES
+        for s in (0.1, 0.25, 0.5, 0.75, 1.0)
         if s * nominal <= limits.torque
     ]
     text = f"full torque at {_SPEED_SHARE:g} of the speed"
     loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
-    for torque, (name, y, z), share in product(_LOADED_TORQUES, _LOADS, _SHARES):
+    for torque, (name, y, z), share in product((0.25, 1.0), _LOADS, _SHARES):
         force = share * limits.radial_load
         text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
         name = f"torque {torque:g} {name} {share:g}"
@@ -208,7 +200,7 @@ def _blank(run: Run, channels: Sequence[Channel]) -> Run:
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     """Run under one load; its signals are blank."""
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
-    rate = max(float(rate), _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi))
+    rate = max(float(rate), 36 * abs(load.speed) / (2.0 * np.pi))
     time = np.arange(round(seconds * rate) + 1) / rate
     columns = {
         "carrier_angle": load.speed * time,
@@ -296,7 +288,8 @@ def carrier_planned_table(
         tuple(channel.name for channel in pool.channels),
         float(np.sqrt(np.mean(problem.noise))),
         n_columns - rows.size,
-        (limits.radial_load * MountingData.ntl_arm / _BENDING_ERROR) ** 2,
+        # Zero and calibration of strain gauges on the main shaft [N m]; chosen.
+        (limits.radial_load * MountingData.ntl_arm / 1e3) ** 2,
         bound,
     )
 

@@ -128,8 +128,6 @@ def _installed(
 
 
 _FORCE_LAW = "a function (deflection, speed, parameters) -> force that numba can compile"
-#: Deflections [m] and speeds [m/s] at which a force law is tried.
-_TRIED_MOTIONS = ((0.0, 0.0), (1e-3, 1e-2), (-1e-3, -1e-2))
 #: Colours in which numba writes its messages.
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -189,7 +187,7 @@ def _try_force(card: EffectCard) -> None:
     scales = np.array([np.clip(p.scale, p.lower, p.upper) for p in card.parameters])
     is_shape = [parameter.shape for parameter in card.parameters]
     absent = np.where(is_shape, scales, 0.0)
-    for deflection, speed in _TRIED_MOTIONS:
+    for deflection, speed in ((0.0, 0.0), (1e-3, 1e-2), (-1e-3, -1e-2)):
         try:
             law(deflection, speed, scales)
             force = float(law(deflection, speed, absent))

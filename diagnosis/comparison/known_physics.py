@@ -110,8 +110,6 @@ def known_physics(campaign: Campaign) -> KnownPhysics:
     return KnownPhysics(campaign.baseline.fixed, campaign.channels, campaign.inputs)
 
 
-#: Words where no gain is declared.
-_TAKEN_AS_EXACT = "gain errors are not included"
 #: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
 #: other load acts, the records of the two are the same.
 LOADS_AS_READ = "load-cell errors are not included: they scale stiffness and values per load"
@@ -150,7 +148,7 @@ class DeclaredGains:
         known = [f"{name} {100.0 * std:.3g} %" for name, std in signals.items() if std]
         exact = [name for name, std in signals.items() if not std]
         if not known:
-            return _TAKEN_AS_EXACT
+            return "gain errors are not included"
         text = f"intervals hold the declared standard deviations of gains: {', '.join(known)}"
         return text + (f"; that of the {exact[0]} taken as exact" if exact else "")
 

@@ -14,8 +14,6 @@ from carrierflex.simulation.force_effect import ForceEffect
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
-#: Starts of a fit at most, those of the best solutions.
-_MOST_STARTS = 6
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -177,7 +175,7 @@ class Signatures(Generic[Column]):
             values = zip(columns, solution[self.n_base :].tolist(), strict=True)
             fits.append((square, (solution[: self.n_base], list(values))))
         fits.sort(key=lambda fit: fit[0])
-        return [fit for _, fit in fits[:_MOST_STARTS]]
+        return [fit for _, fit in fits[:6]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,6 @@ FORMAT, VERSION = "carrierflex-diagnosis", 2
 #: Rows of a table in the file at most, and the smallest share worth a row where chance could make
 #: it.
 _MOST_ROWS = 200
-_SMALLEST_SHARE = 1e-3
 
 Verdict = Annotated[
     Literal[
@@ -230,7 +229,7 @@ def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
     gap_map = map_of(cells)
-    known = gap_map.chosen((gap_map.shares >= _SMALLEST_SHARE) | (gap_map.p_values < SIGNIFICANCE))
+    known = gap_map.chosen((gap_map.shares >= 1e-3) | (gap_map.p_values < SIGNIFICANCE))
     rows = []
     for cell in known[:_MOST_ROWS]:
         row = plain(cell)

@@ -85,16 +85,13 @@ def _lay_out(figure: "Figure") -> None:
         figure.set_layout_engine(None)
 
 
-_HEIGHT = 2.9
-
-
 def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     """Curve of a class over the visited range."""
     from matplotlib.figure import Figure
 
     x_factor, x_unit = scaled_unit(float(abs(shape.x).max()), shape.units[0])
     y_factor, y_unit = scaled_unit(float(abs(shape.y).max()), shape.units[1])
-    figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panel = figure.subplots()
     x = x_factor * shape.x
     low, high = y_factor * shape.band.T
@@ -118,8 +115,6 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
 
 #: Samples of a stretch of time at most, and mean crossings of the signal in it at least.
 _MOST_SAMPLES, _CROSSINGS = 400, 12
-#: Letters of a channel's name beside its axis.
-_MOST_LETTERS = 10
 
 
 def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
@@ -143,7 +138,7 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
         upper.plot(x, factor * overlay.simulated, dashes, color=colour, linewidth=1.3, label=name)
         rest = gap_factor * (overlay.measured - overlay.simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
-    upper.set_ylabel(f"{shortened(before.channel, _MOST_LETTERS)} [{shown}]")
+    upper.set_ylabel(f"{shortened(before.channel, 10)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
     lower.set_xlabel(f"{before.x_name} [{before.x_unit}]")
     if before.x_unit == "deg":
@@ -191,14 +186,6 @@ _ROLE_STROKES = {
     REMAINDER: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
 }
 _SHADE_MAP = "cividis"
-#: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
-#: swell the file.
-_CLOUD_DPI = 220
-#: Left and lower end, width and height of a polar plot in its figure: every one has the same
-#: labels, whose room need not be looked for.
-_POLAR_AXES = (0.13, 0.07, 0.74, 0.74)
-#: Marks stand within the edge, over the reach.
-_MARKS_AT = 1.2
 _MARK = {
     "ha": "center",
     "va": "center",
@@ -206,8 +193,6 @@ _MARK = {
     "color": GREY,
     "bbox": {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": GREY, "lw": 0.7},
 }
-#: The remaining gap is drawn at most this large beside the gap.
-_REMAINDER = 0.4
 
 
 def panel_figure(picture: Picture, panel: Panel) -> "Figure":
@@ -223,7 +208,7 @@ def remainder_factor(picture: Picture) -> float:
     )
     if remainder <= 0.0 or gap <= 0.0:
         return 1.0
-    return float(np.clip(_round_step(_REMAINDER * gap / remainder), 1.0, 1000.0))
+    return float(np.clip(_round_step(0.4 * gap / remainder), 1.0, 1000.0))
 
 
 def _largest(values: list[FloatArray]) -> float:
@@ -239,7 +224,8 @@ def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
     shades = [trace.shade for trace in traces if trace.shade is not None]
     s_factor, s_unit = scaled_unit(_largest(shades), picture.shade_unit)
     limit = s_factor * _largest(shades)
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=_CLOUD_DPI)
+    # Clouds are pixels inside the drawing: thousands of separate marks would swell the file.
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=220)
     axes = figure.subplots()
     for trace in panel.traces:
         x, y = x_factor * trace.x, y_factor * trace.y
@@ -282,7 +268,8 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     reach = factor * every or 1.0
     magnified = remainder_factor(picture)
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
-    axes = figure.add_axes(_POLAR_AXES, projection="polar")
+    # Every polar plot has the same labels, whose room need not be looked for.
+    axes = figure.add_axes((0.13, 0.07, 0.74, 0.74), projection="polar")
     for trace in panel.traces:
         stroke = _ROLE_STROKES[trace.role]
         drawn = (magnified if trace.role == REMAINDER else 1.0) * factor * trace.y
@@ -291,7 +278,7 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
     _polar_axes(axes, reach)
     for text, angle in panel.marks.items():
-        axes.text(angle, _MARKS_AT * reach, text, **_MARK)  # type: ignore[arg-type]
+        axes.text(angle, 1.2 * reach, text, **_MARK)  # type: ignore[arg-type]
     axes.set_title(
         f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
     )
@@ -443,22 +430,14 @@ def _frequency_edges(cells: GapMap) -> FloatArray:
     return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)
 
 
-#: Cells within chance.
-_CHANCE = "#e6e9ed"
-#: Dynamic range of the colours of a gap map: at least one decade, at most three.
-_FEWEST = 10.0
-_MOST = 1e3
-#: Cells of a gap map above this share of the largest carry their number.
-_NUMBERED = 0.1
-
-
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
     """RMS at both ends of the colours that maps share, of significant cells where there are any."""
     sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
     if not sizes.size:
         sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
     high = float(sizes.max()) or 1.0
-    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
+    # At least one decade of colours, at most three.
+    return float(np.clip(sizes.min(), high / 1e3, high / 10.0)), high
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
@@ -474,7 +453,7 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     shown = np.where(is_shown, factor * grid.rms, np.nan)
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
-    chance = ListedColormap([_CHANCE])
+    chance = ListedColormap(["#e6e9ed"])
     panel.pcolormesh(grid.edges, lines, known, cmap=chance, edgecolors="white", linewidth=0.3)
     masked, norm = np.ma.masked_invalid(shown), LogNorm(vmin=low, vmax=high)
     image = panel.pcolormesh(
@@ -515,7 +494,7 @@ def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) 
     # Three digits in a narrow column.
     size = 7.0 if middles.size <= 12 else 5.2
     for (row, column), value in np.ndenumerate(shown):
-        if np.isfinite(value) and value >= _NUMBERED * high:
+        if np.isfinite(value) and value >= 0.1 * high:
             text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
             at = float(middles[column])
             panel.text(at, row, text, ha="center", va="center", fontsize=size, color=BLACK)

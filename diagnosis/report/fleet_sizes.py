@@ -22,8 +22,6 @@ RMS = "rms"
 FAILED = "error"
 #: Parameters that are directions have no size; those of one run say nothing of a turbine.
 _DIRECTION, _OF_RUN = "theta", " of "
-#: Findings that are about the model: a carrier that is not as drawn, a prior that is contradicted.
-_OF_THE_MODEL = ("drawing", "prior")
 _DRAWS, _SEED = 400, 17
 
 
@@ -108,7 +106,8 @@ def campaign_row(
         faults=tuple(
             f"{one['about']}: {one['text']}"
             for one in document["warnings"]
-            if one["check"] not in _OF_THE_MODEL
+            # Findings about the model: a carrier not as drawn, a prior that is contradicted.
+            if one["check"] not in ("drawing", "prior")
         ),
         first_fault="" if document["reason_id"] == FLOOR_UNKNOWN else document["reason_id"],
     )

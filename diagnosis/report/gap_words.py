@@ -31,20 +31,13 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.quantities import sized
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
-#: Below this exponent either way a part does not depend on a condition.
-_FLAT = 0.25
 #: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
 #: that took the mean of a cause over the runs has others.
 _LARGEST_EXPONENT = 4.0
-#: The exponent of a band is said where its interval is narrower than this on either side.
-_BAND_WITHIN = 1.5
-#: A trend below this share of a cell's mean square is not said, and no more than so many are.
-_SMALLEST_DRIFT = 0.02
 _MOST_DRIFTS = 2
 #: What does not repeat is said where it is this share of what does.
 _SMALLEST_SCATTER = 0.01
 _SMALLEST_P = 1e-6
-_NOT_DIAGNOSED = "not diagnosed"
 
 _NOTHING = {
     ORDERS: "no order or pattern of the gap is significant",
@@ -83,7 +76,7 @@ _NO_PARITIES = {
 def where_text(diagnosis: Diagnosis) -> str:
     """Where the gap lies, as plain text: the key ``where_text`` of diagnosis.json."""
     if diagnosis.gap is None:
-        return _NOT_DIAGNOSED
+        return "not diagnosed"
     findings = diagnosis.gap.findings
     return _joined(place_words(findings), further_words(findings, diagnosis.unit))
 
@@ -163,7 +156,7 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     for condition, exponent in exponents.items():
         if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
             continue
-        if abs(exponent.value) < _FLAT:
+        if abs(exponent.value) < 0.25:
             text += f", whatever the {condition}"
         else:
             text += f", growing as {condition}^{exponent.value:.1f}"
@@ -204,7 +197,7 @@ def _band_words(finding: Finding, of_the_gap: str) -> str:
         f"{_share(finding)} {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
     )
     for condition, exponent in finding.exponents.items():
-        if exponent.is_within(_BAND_WITHIN):
+        if exponent.is_within(1.5):
             low_end, high_end = exponent.ci95
             text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
@@ -279,7 +272,7 @@ def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> 
 
 def _drift_words(findings: GapFindings, noun: str, unit: str) -> str:
     """``the gap drifts in time: in LC2 order 0, m=0 changes by 12 µm``; empty without a drift."""
-    drifts = [row for row in findings.drifts if row.share >= _SMALLEST_DRIFT]
+    drifts = [row for row in findings.drifts if row.share >= 0.02]
     if not drifts:
         return ""
     cells = [

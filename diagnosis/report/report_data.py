@@ -16,9 +16,6 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.run_levels import run_levels
 
-#: Digits of curves.
-_DIGITS = 5
-
 
 @dataclass(frozen=True, eq=False)
 class RunOutline:
@@ -135,7 +132,7 @@ def _drawn(picture: Picture) -> Picture:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    return np.array([float(f"{value:.{_DIGITS}g}") for value in values])
+    return np.array([float(f"{value:.{5}g}") for value in values])
 
 
 def _outline(campaign: Campaign) -> CampaignOutline:

@@ -60,7 +60,7 @@ def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
 
 def is_near_law(finding: ClassFinding) -> bool:
     """Whether a law that is not named explains nearly all that its class does."""
-    return bool(finding.law) and finding.law_share > _NEAR * finding.share
+    return bool(finding.law) and finding.law_share > 0.9 * finding.share
 
 
 def _near_law(answer: ClassAnswer) -> str:
@@ -88,8 +88,6 @@ _HEADINGS = {
     AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
 }
-_MIXED = "These records show that an effect is missing, not which one"
-_NOISE_UNKNOWN = "Whether an effect is missing is not known: the size of the noise is not"
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
@@ -145,9 +143,9 @@ def _explained(diagnosis: Diagnosis) -> str:
     """First line without the faults of the measurement."""
     verdict, answer = diagnosis.verdict, diagnosis.classes
     if verdict == NONE_OF_THESE and answer is not None and answer.experiment:
-        return _MIXED
+        return "These records show that an effect is missing, not which one"
     if diagnosis.reason_id == FLOOR_UNKNOWN:
-        return _NOISE_UNKNOWN
+        return "Whether an effect is missing is not known: the size of the noise is not"
     if verdict in _HEADINGS:
         return _HEADINGS[verdict]
     if verdict == CLASS_NAMED:
@@ -178,7 +176,7 @@ def _undecided(diagnosis: Diagnosis) -> str:
         texts = [f"one of {'; '.join(group)}" for group in groups]
         return f"Cannot be distinguished in these records: {', and beside it '.join(texts)}"
     remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
-    if far is not None and remains and far.rho > WORTH_A_LOOK and far.floor_multiple > _ABOVE_NOISE:
+    if far is not None and remains and far.rho > WORTH_A_LOOK and far.floor_multiple > 1.1:
         above_noise = math.sqrt(max(1.0 - far.phi, 0.0))
         return f"Part of the gap ({percent(above_noise)} of its RMS above the noise) is unexplained"
     return "No other effect of the library explains the records as well"
@@ -234,9 +232,6 @@ def experiment_text(diagnosis: Diagnosis) -> str:
 
 #: Share of the gap above the floor that is worth a second look, and RMS over the floor.
 WORTH_A_LOOK = 0.05
-_ABOVE_NOISE = 1.1
-#: Share of what a class explains from which a law that is not named is near.
-_NEAR = 0.9
 
 
 def next_step(diagnosis: Diagnosis) -> str:

@@ -50,8 +50,6 @@ _SHOWN = {
 }
 #: Parameter of a dimension off its drawing, which a drawing gives in mm.
 CHANGE = "change"
-#: Directions, which are told in degrees; other angles are small.
-_DIRECTIONS = ("theta", "angle", "dv")
 _AXES = {"y": "sideways", "z": "vertical"}
 _WORDS: dict[str, str] = {
     "m": "mass",
@@ -156,16 +154,14 @@ def parameter_words(effect: str, name: str) -> str:
 
 def shown_unit(name: str, unit: str) -> tuple[float, str]:
     """Factor to the unit that an engineer uses for a parameter, and that unit."""
-    if unit == "rad" and name.startswith(_DIRECTIONS):
+    # Directions; other angles are small.
+    if unit == "rad" and name.startswith(("theta", "angle", "dv")):
         return 180.0 / math.pi, "deg"
     if unit == "m" and name == CHANGE:
         return 1e3, "mm"
     return _SHOWN.get(unit, (1.0, unit))
 
 
-#: An error of so many times the value says nothing about it.
-_UNDETERMINED = 1e6
-_MOST_DECIMALS = 9
 MOST_ROWS = 12
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
@@ -229,19 +225,15 @@ def with_error(value: float, std: float) -> tuple[str, str]:
         return f"{value:.4g}", "not determined"
     if not (math.isfinite(std) and std > 0.0):
         return f"{value:.4g}", UNKNOWN
-    if std > _UNDETERMINED * abs(value):
+    if std > 1e6 * abs(value):
         return f"{value:.1g}", "not determined"
     power = math.floor(math.log10(max(abs(value), std)))
     shift = 0 if -3 <= power < 5 else power
-    decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), _MOST_DECIMALS)
+    decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), 9)
     ending = f"e{shift}" if shift else ""
     value_text = f"{value / 10.0**shift:.{decimals}f}{ending}"
     error_text = f"{std / 10.0**shift:.{decimals}f}{ending}"
     return value_text, error_text
-
-
-#: Sources of error below this part of an interval are not listed.
-_SMALLEST_SOURCE = 0.01
 
 
 class _ParameterRow(NamedTuple):
@@ -278,7 +270,7 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
     factor, unit = shown_unit(name, named.unit)
     wide = NORMAL_95 * factor
-    least = _SMALLEST_SOURCE * named.std
+    least = 0.01 * named.std
     sources = {source: wide * std for source, std in named.sources.items() if std >= least}
     words = parameter_words(effect, name)
     return _ParameterRow(effect, words, name, factor * named.value, wide * named.std, unit, sources)

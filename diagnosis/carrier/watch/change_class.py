@@ -29,14 +29,8 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
-#: Patterns of waves whose sizes know no ratio.
-_OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
 #: Share of the change, eps, that errors of gains, torque and curves leave open in a component.
 _OPEN_SHARE = 0.03
-#: Costs that differ by less are a tie: evidence of one in 100.
-_TIE = 2.0 * np.log(100.0)
-#: Costs that differ by less are equal.
-_ROUNDING = 1e-6
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
 #: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
@@ -94,7 +88,7 @@ def named_change(
         cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
         remainder = change - np.tensordot(a, one.columns, 1)
         share = 1.0 - float(np.sum(remainder**2) / np.sum(change**2))
-        if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
+        if one.id not in costs or cost < costs[one.id][0] - 1e-6:
             costs[one.id] = (cost, one, share, a)
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
     if share < 1.0 - ClassConstants().named_left:
@@ -102,7 +96,8 @@ def named_change(
     ties = [
         name
         for name, (of_rival, rival, *_) in costs.items()
-        if of_rival < cost + _TIE
+        # A tie: evidence of one in 100.
+        if of_rival < cost + 2.0 * np.log(100.0)
         and name != best.id
         # Any fault of a channel is no rival of a particular one of the same channel.
         and (name != ONE_CHANNEL or rival.channels != best.channels)
@@ -167,7 +162,10 @@ def _hypotheses(
         if name in (rim_patterns.UNEVEN, rim_patterns.MODULATED) and "g_f" in baseline.rig.curves:
             continue
         rows = _unit(_pattern_vectors(columns, baseline))
-        yield _Hypothesis(name, rows, is_sparse=name in _OF_ANY_WAVES)
+        # Their waves' sizes know no ratio.
+        yield _Hypothesis(
+            name, rows, is_sparse=name in (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
+        )
     turn = _turn(loads)
     # Before the same effect of the library: of equal costs the first is taken.
     for term in baseline.terms:

@@ -51,12 +51,8 @@ WINDOWS = (3.0, 12.0, 48.0)
 #: Revolutions that an alarm needs at least: ln e_n is cut off at h over this. No single revolution,
 #: whatever disturbs it, raises an alarm.
 LEAST_REVOLUTIONS = 5
-#: Largest s sqrt(q): tails heavier than normal ones weigh less.
-_LARGEST_BET = 3.0
 #: Fewest revolutions of a learning period: the bound of [4] needs them.
 LEAST_LEARNED = 100
-#: Probability that Sigma is larger than its bound.
-_BOUND_FAILS = 1e-3
 #: Standard deviations that phi is taken above its estimate, and its largest value.
 _MEMORY_MARGIN, _LARGEST_MEMORY = 2.0, 0.98
 #: The offset follows the estimate of this window by this share a revolution, and at most so many
@@ -101,7 +97,7 @@ def learned_noise(vectors: FloatArray) -> RevolutionNoise:
     phi = np.clip(r + _MEMORY_MARGIN * np.sqrt((1.0 - r**2) / n), 0.0, _LARGEST_MEMORY)
     eps = x[1:] - phi[:, None] * x[:-1]
     Sigma = np.einsum("nkc,nkd->kcd", eps, eps) / (n - 1)
-    t = np.sqrt(2.0 * np.log(p / _BOUND_FAILS))
+    t = np.sqrt(2.0 * np.log(p / 1e-3))
     shrinks = max(1.0 - np.sqrt(C / n) - t / np.sqrt(n), 0.1)
     return RevolutionNoise(mean, phi, Sigma / shrinks**2)
 
@@ -184,7 +180,8 @@ class ChangeTest:
         y = np.einsum("mkc,mkc->m", v, x - phi * last)
         q = np.einsum("mkc,mkcd,mkd->m", v, Sigma, v)
         q = np.maximum(q, np.finfo(float).tiny)
-        s = np.minimum(np.maximum(size - delta, 0.0) / q, _LARGEST_BET / np.sqrt(q))
+        # Tails heavier than normal ones weigh less.
+        s = np.minimum(np.maximum(size - delta, 0.0) / q, 3.0 / np.sqrt(q))
         growth = s * (y - delta) - 0.5 * s**2 * q
         return np.asarray(np.minimum(growth, self.threshold / LEAST_REVOLUTIONS))
 

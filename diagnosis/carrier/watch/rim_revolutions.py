@@ -32,8 +32,6 @@ Columns = Mapping[str, FloatArray]
 
 #: A channel without a change for this share of a revolution, or with more missing, is silent.
 _CONSTANT_SHARE, _MISSING_SHARE = 0.25, 0.5
-#: A step of time as long as this share of a turn is a gap.
-_GAP_SHARE = 0.2
 #: Most samples of a revolution: a turbine that stands still fills no memory.
 MOST_SAMPLES = 1_000_000
 
@@ -143,7 +141,7 @@ class RimBaseline:
         if angle.size < 2 * self.shape[0] or too_sparse(angle, self.n_orders):
             return None
         steps = np.diff(time)
-        if steps.min() <= 0.0 or steps.max() > _GAP_SHARE * (time[-1] - time[0]):
+        if steps.min() <= 0.0 or steps.max() > 0.2 * (time[-1] - time[0]):
             return None
         signals = np.array([columns[channel.name] for channel in self.channels])
         silent = self._silent(angle, signals)
