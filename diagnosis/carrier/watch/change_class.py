@@ -33,8 +33,8 @@ NO_CLASS = "none_of_these"
 _OPEN_SHARE = 0.03
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
-#: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
-_LOST, _REVERSED, _NEAR = -1.0, -2.0, 0.2
+#: Factors on a channel are alike where they differ by less.
+_NEAR = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ def _fault_by_factor(one: _Hypothesis, a: FloatArray) -> str:
     if one.id != GAIN:
         return one.id
     factor = float(a[0]) / one.length
-    for name, value in ((LOST, _LOST), (REVERSED, _REVERSED)):
+    for name, value in ((LOST, -1.0), (REVERSED, -2.0)):
         if abs(factor - value) < _NEAR:
             return name
     return GAIN
