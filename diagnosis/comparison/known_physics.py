@@ -51,12 +51,7 @@ class KnownPhysics:
     def prior(self, parameter: Parameter, name: str) -> Parameter:
         """Parameter with what is known of it as its prior; held where that is exact.
 
-        Parameters
-        ----------
-        parameter : Parameter
-            Unknown of a fit.
-        name : str
-            Its name on the effect's card, without the channel.
+        `name` is that on the effect's card, without the channel.
         """
         known = self.fixed.get(f"{parameter.effect}.{name}")
         if parameter.pair:
@@ -70,16 +65,9 @@ class KnownPhysics:
     def sensor_prior(
         self, parameter: Parameter, measurement: Measurement | None, channel: int | None = None
     ) -> Parameter:
-        """Parameter of a sensor's error, no larger than what the channel declares.
+        """Parameter of a sensor's error, no larger than what its channel, or any, declares.
 
-        Parameters
-        ----------
-        parameter : Parameter
-            Unknown of a fit.
-        measurement : Measurement, optional
-            Part of the measurement model that its effect is.
-        channel : int, optional
-            Number of the channel; where it is not known, the largest declared error of all.
+        `measurement` is the part of the measurement model that its effect is.
         """
         if measurement is None:
             return parameter
@@ -253,13 +241,11 @@ def errors_words(errors: Sequence[DeclaredError]) -> str:
         for measurement in _WORDS
         if any(error.quantity is measurement for error in errors)
     ]
-    text = (
-        f"intervals hold the declared standard deviations of {', '.join(clauses)}"
-        if clauses
-        else ""
-    )
-    has_load = any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors)
-    return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
+    listed = ", ".join(clauses)
+    texts = [f"intervals hold the declared standard deviations of {listed}"] if clauses else []
+    if not any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors):
+        texts.append(LOADS_AS_READ)
+    return "; ".join(texts)
 
 
 def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:

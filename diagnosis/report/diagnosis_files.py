@@ -173,16 +173,6 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
 def read_diagnosis(path: Path) -> dict[str, Any]:
     """Read diagnosis.json.
 
-    Parameters
-    ----------
-    path : Path
-        File written by :func:`write_diagnosis`.
-
-    Returns
-    -------
-    dict
-        Its content.
-
     Raises
     ------
     ValueError
@@ -230,13 +220,11 @@ def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
     gap_map = map_of(cells)
     known = gap_map.chosen((gap_map.shares >= 1e-3) | (gap_map.p_values < SIGNIFICANCE))
-    rows = []
-    for cell in known[:_MOST_ROWS]:
-        row = plain(cell)
-        if cell.frequency_hz is None:
-            del row["frequency_hz"]
-        rows.append(row)
-    return rows
+    rows = [plain(cell) for cell in known[:_MOST_ROWS]]
+    return [
+        {name: of for name, of in row.items() if (name, of) != ("frequency_hz", None)}
+        for row in rows
+    ]
 
 
 def _gap(detail: GapDetail, unit: str) -> dict[str, Any]:

@@ -44,7 +44,6 @@ _NOTHING = {
     LINES: "no frequency of the gap is significant",
     MOTION_BANDS: "no motion of the housing is significant",
 }
-_NOUNS = {ORDERS: "order", LINES: "line", MOTION_BANDS: "line"}
 _MEANINGS = {
     (0, "m=0"): "axial offset",
     (0, "m=+1"): "tilt fixed to the housing",
@@ -114,12 +113,9 @@ def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0)
 
 def scatter_words(findings: GapFindings, unit: str) -> str:
     """What does not repeat, and what drifts: the key ``gap.text`` of diagnosis.json."""
-    noun = _NOUNS[findings.numbered_by]
-    clauses = [
-        _repeatability_words(repeatability, noun, unit) for repeatability in findings.repeatability
-    ]
-    clauses.append(_drift_words(findings, noun, unit))
-    return _joined(*clauses)
+    noun = "order" if findings.numbered_by == ORDERS else "line"
+    clauses = [_repeatability_words(one, noun, unit) for one in findings.repeatability]
+    return _joined(*clauses, _drift_words(findings, noun, unit))
 
 
 def parity_words(parity: str) -> str:
@@ -235,17 +231,13 @@ def _small_order_words(findings: Sequence[Finding]) -> str:
         return ""
     orders = []
     for finding in findings:
-        patterns = " and ".join(finding.patterns)
+        p = finding.p_value
+        bound = f"p < {_SMALLEST_P:.0e}" if p <= _SMALLEST_P else f"p <= {p:.0e}"
         orders.append(
-            f"order {finding.order}, {patterns} ({100.0 * finding.share:.2g} %, "
-            f"{_bound_words(finding.p_value)} {_run_words(finding)})"
+            f"order {finding.order}, {' and '.join(finding.patterns)} "
+            f"({100.0 * finding.share:.2g} %, {bound} {_run_words(finding)})"
         )
     return f"small yet beyond chance: {', '.join(orders)}"
-
-
-def _bound_words(p_value: float) -> str:
-    is_smallest = p_value <= _SMALLEST_P
-    return f"p < {_SMALLEST_P:.0e}" if is_smallest else f"p <= {p_value:.0e}"
 
 
 def _run_words(finding: Finding) -> str:

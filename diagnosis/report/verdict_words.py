@@ -246,8 +246,7 @@ def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) ->
         has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)
     experiment = experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
-        again = experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
-        return [again]
+        return [experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."]
     first = [f"{one.about}: {one.remedy}." for one in diagnosis.warnings[:1]]
     steps = (*first, _put_in(diagnosis, has_measured_law=has_measured_law), experiment)
     return [step for step in steps if step]
@@ -255,10 +254,8 @@ def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) ->
 
 def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     """What to put into the simulation, or where to look; empty where a measurement comes first."""
-    answer, names = (
-        diagnosis.classes,
-        listed([plain_name(e) for e in diagnosis.attribution.effects]),
-    )
+    answer = diagnosis.classes
+    names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     if diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER):
         return f"Put {_in_turn(diagnosis) or names} into the simulation."
     if diagnosis.verdict == ALIASED:
@@ -270,12 +267,12 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
                 f"Put the measured shape of {_class_names(answer)} into the simulation "
                 "(diagnose --save-law), or find the law that has it."
             )
+        names = _class_names(answer)
         if _depends_on_unknown_loads(answer):
-            names = _class_names(answer)
             return f"Measure at other loads: these records do not determine the law of {names}."
         law = _near_law(answer)
         has_it = f"the law {law} has most of it" if law else "no law of the library has it"
-        return f"Look for the source of {_class_names(answer)}: {has_it}."
+        return f"Look for the source of {names}: {has_it}."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
     if answer is not None and answer.experiment:

@@ -51,6 +51,7 @@ _SHOWN = {
 #: Parameter of a dimension off its drawing, which a drawing gives in mm.
 CHANGE = "change"
 _AXES = {"y": "sideways", "z": "vertical"}
+_TILTS = ("tilt of direction 0 deg", "tilt of direction 90 deg")
 _WORDS: dict[str, str] = {
     "m": "mass",
     "K1": "stiffness",
@@ -109,9 +110,6 @@ _WORDS: dict[str, str] = {
     "W_1": "weight on the bearing pressed towards +z",
     "W_2": "weight on the bearing pressed towards -z",
 }
-_DELAYS = ("sensor_delay",)
-
-
 #: Parameters of pins that close.
 _OF_CLOSED_PINS = {
     "c": "share that closes",
@@ -125,20 +123,16 @@ _OF_CLOSED_PINS = {
 
 def parameter_words(effect: str, name: str) -> str:
     """What a parameter is, in words: ``tilt of the carrier``."""
-    if effect in _DELAYS:
+    if effect == "sensor_delay":
         return "delay"
     if effect == "pin_clearance":
         return _OF_CLOSED_PINS.get(name, name)
     stem, _, last = name.partition("_")
     if effect in ("ntl_tilt", "flange_warp", "bearing_clearance") and last in _AXES:
-        what = {"a": "tilt of direction 0 deg", "b": "tilt of direction 90 deg", "s": "saddle"}.get(
-            stem, stem
-        )
+        what = {"a": _TILTS[0], "b": _TILTS[1], "s": "saddle"}.get(stem, stem)
         return f"{what} by {_AXES[last]} load"
     if effect == "ring_pass" and last in ("c", "s"):
-        motion = {"p": "axial motion", "q": "tilt of direction 0 deg"}.get(
-            stem, "tilt of direction 90 deg"
-        )
+        motion = {"p": "axial motion", "q": _TILTS[0]}.get(stem, _TILTS[1])
         return f"{motion} as planets pass, {'cosine' if last == 'c' else 'sine'}"
     if effect == "unequal_load_sharing" and last.isdigit():
         return f"excess load of pin {last}"
@@ -231,9 +225,8 @@ def with_error(value: float, std: float) -> tuple[str, str]:
     shift = 0 if -3 <= power < 5 else power
     decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), 9)
     ending = f"e{shift}" if shift else ""
-    value_text = f"{value / 10.0**shift:.{decimals}f}{ending}"
-    error_text = f"{std / 10.0**shift:.{decimals}f}{ending}"
-    return value_text, error_text
+    texts = [f"{size / 10.0**shift:.{decimals}f}{ending}" for size in (value, std)]
+    return texts[0], texts[1]
 
 
 class _ParameterRow(NamedTuple):
