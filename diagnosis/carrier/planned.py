@@ -158,7 +158,8 @@ def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
 def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
     """Axial and radial sensors at feasible places where none stands."""
     angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, 30)).tolist())
-    noise = np.sqrt(np.mean([(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]))
+    squares = [(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]
+    noise = float(np.sqrt(np.mean(squares))) or None
     sensors = []
     for quantity, letter in ((AXIAL, "s"), (RADIAL, "r")):
         taken = [float(c.angle or 0.0) for c in campaign.channels if c.quantity == quantity]
@@ -167,8 +168,10 @@ def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
             if min(apart, default=np.pi) < np.deg2rad(10.0):
                 continue
             name = f"{letter}{np.rad2deg(angle) % 360:03.0f} added"
-            at = {"angle": angle, "radius": campaign.channels[0].radius}
-            sensors.append(Channel(name, quantity, "m", noise_std=float(noise) or None, **at))
+            radius = campaign.channels[0].radius
+            sensors.append(
+                Channel(name, quantity, "m", angle=angle, radius=radius, noise_std=noise)
+            )
     return sensors
 
 

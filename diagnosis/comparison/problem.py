@@ -66,9 +66,7 @@ class Parameter(FitParameter):
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""
-    return np.array([parameter.lower for parameter in parameters]), np.array(
-        [parameter.upper for parameter in parameters]
-    )
+    return np.array([one.lower for one in parameters]), np.array([one.upper for one in parameters])
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from markupsafe import Markup
 
-from carrierflex.diagnosis.classes.results import MeasuredShape
+from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -88,7 +88,8 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     panel = figure.subplots()
     x = x_factor * shape.x
     is_curve = bool((x[1:] >= x[:-1]).all())
-    for one in (shape, *shape.beside):
+    curves: tuple[MeasuredShape | BesideCurve, ...] = (shape, *shape.beside)
+    for one in curves:
         colour, band = (BLUE, "95 % band") if one is shape else (ORANGE, None)
         low, high = y_factor * one.band.T
         at = x_factor * one.x
@@ -209,6 +210,7 @@ def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
     shades = [trace.shade for trace in traces if trace.shade is not None]
     s_factor, s_unit = scaled_unit(_largest(shades), picture.shade_unit)
     limit = s_factor * _largest(shades)
+    colours: dict[str, Any] = {"cmap": _SHADE_MAP, "vmin": -limit, "vmax": limit}
     # Clouds are pixels inside the drawing: thousands of separate marks would swell the file.
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=220)
     axes = figure.subplots()
@@ -222,8 +224,8 @@ def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
             else:
                 axes.plot(x, y, ".", color=ORANGE, markersize=1.8, rasterized=True, zorder=3)
             continue
-        shade = {"c": s_factor * trace.shade, "cmap": _SHADE_MAP, "vmin": -limit, "vmax": limit}
-        cloud = axes.scatter(x, y, s=7.0, linewidths=0.0, rasterized=True, **shade)
+        shade = s_factor * trace.shade
+        cloud = axes.scatter(x, y, 7.0, shade, linewidths=0.0, rasterized=True, **colours)
         figure.colorbar(cloud, ax=axes, label=f"{picture.shade_name} [{s_unit}]", aspect=30)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     axes.set_xlabel(f"{picture.x_name} [{x_unit}]")
@@ -416,8 +418,8 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     shown = np.where(is_shown, factor * grid.rms, np.nan)
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
-    chance, edges = ListedColormap(["#e6e9ed"]), {"edgecolors": "white", "linewidth": 0.3}
-    panel.pcolormesh(grid.edges, lines, known, cmap=chance, **edges)
+    edges: dict[str, Any] = {"edgecolors": "white", "linewidth": 0.3}
+    panel.pcolormesh(grid.edges, lines, known, cmap=ListedColormap(["#e6e9ed"]), **edges)
     masked, norm = np.ma.masked_invalid(shown), LogNorm(vmin=low, vmax=high)
     image = panel.pcolormesh(grid.edges, lines, masked, norm=norm, cmap=_SHADE_MAP, **edges)
     panel.set_yticks(range(len(grid.rows)), grid.rows)

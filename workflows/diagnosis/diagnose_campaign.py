@@ -12,7 +12,7 @@ import ctypes
 import functools
 import gc
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
@@ -190,8 +190,10 @@ def main(
         from carrierflex.workflows.view3d.rim_scene import rim_scene
 
         diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
-        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
-        _return_unused_memory()
+        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found. A
+        # problem and the results that it keeps point to one another.
+        gc.collect()
+        _return_freed_memory()
         diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
         motion = rim_motion(diagnosis, measured) if report else None
         if view and motion is None:
@@ -351,8 +353,7 @@ def with_stage_baseline(
 
     from carrierflex.workflows.diagnosis.stage_baseline import with_stage
 
-    more = planned() if planned else None
-    return with_stage(campaign, folder, planned=more, executor=executor, note=stages.note)
+    return with_stage(campaign, folder, planned=planned, executor=executor, note=stages.note)
 
 
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
@@ -367,21 +368,14 @@ def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionC
         return curves
     derivatives = read_derivatives(path) if path else {}
     curves = {**curves, **derivatives} if derivatives else with_derivatives(curves)
-    _refuse_unknown_causes(rig[TOLERANCES], causes_of(curves))
-    return curves
-
-
-def _refuse_unknown_causes(tolerances: Iterable[str], known: Sequence[str]) -> None:
-    unknown = [name for name in tolerances if name not in (*known, CURVES)]
+    known = causes_of(curves)
+    unknown = [name for name in rig[TOLERANCES] if name not in (*known, CURVES)]
     if unknown:
         raise ValueError(
             f"campaign.toml: [rig.tolerances]: unknown key '{unknown[0]}'; expected "
             f"{', '.join(known)} or {CURVES}"
         )
-
-
-#: Seconds between two times: each takes some hundredths.
-_BETWEEN = 10.0
+    return curves
 
 
 def _return_freed_memory() -> None:
@@ -395,20 +389,17 @@ def _return_freed_memory() -> None:
         trim(0)
 
 
-def _return_unused_memory() -> None:
-    """Let go of what only points to itself, as a problem and results it keeps, and give it back."""
-    gc.collect()
-    _return_freed_memory()
-
-
 def _returning_freed_memory(note: Callable[[str], None]) -> Callable[[str], None]:
-    """Progress that gives freed memory back between steps, every ten seconds at most."""
+    """Progress that gives freed memory back between steps, every ten seconds at most.
+
+    Each time takes some hundredths of a second.
+    """
     last = time.monotonic()
 
     def noted(text: str) -> None:
         nonlocal last
         note(text)
-        if time.monotonic() - last > _BETWEEN:
+        if time.monotonic() - last > 10.0:
             _return_freed_memory()
             last = time.monotonic()
 
