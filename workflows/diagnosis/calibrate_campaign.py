@@ -522,8 +522,8 @@ def _predicted(diagnosis: Diagnosis, effects: Sequence[str], take: str | None) -
 
 def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibration:
     """Calibration with what became of the gap."""
-    from carrierflex.diagnosis.report.gap_change import first_sentence
     from carrierflex.diagnosis.report.verdict_words import next_step, verdict_heading
+    from carrierflex.workflows.diagnosis.gap_change import first_sentence
 
     change = compare_diagnoses.compared_gaps(out / BEFORE, out / AFTER, out / CHANGE)
     text = f"{first_sentence(change)} {verdict_heading(after)}."

@@ -15,7 +15,7 @@ from carrierflex.files.json_files import save_json, save_text
 from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.gap_change import GapChange
+    from carrierflex.workflows.diagnosis.gap_change import GapChange
     from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 
 
@@ -48,10 +48,9 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange | R
     OSError
         Where `out` cannot be written.
     """
-    from carrierflex.diagnosis.report.gap_change import digest_of_records
-    from carrierflex.workflows.diagnosis import record_difference
+    from carrierflex.workflows.diagnosis import gap_change, record_difference
 
-    if digest_of_records(before) == digest_of_records(after):
+    if gap_change.digest_of_records(before) == gap_change.digest_of_records(after):
         return compared_gaps(before, after, out)
     difference = record_difference.record_difference(before, after)
     if out is not None:
@@ -68,7 +67,7 @@ def compared_gaps(before: Path, after: Path, out: Path | None) -> GapChange:
     ValueError, OSError
         As :func:`main`; ValueError also where the records differ.
     """
-    from carrierflex.diagnosis.report import gap_change
+    from carrierflex.workflows.diagnosis import gap_change
 
     change = gap_change.gap_change(gap_change.read_side(before), gap_change.read_side(after))
     if out is not None:

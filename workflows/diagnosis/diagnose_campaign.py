@@ -47,9 +47,9 @@ from carrierflex.workflows.view3d.view import viewer_library
 from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.rim_motion_files import RimMotion
     from carrierflex.diagnosis.results import Diagnosis
     from carrierflex.simulation.laws import Law
+    from carrierflex.workflows.view3d.rim_motion_files import RimMotion
 
 REPORT_FILE = "report.html"
 
@@ -186,7 +186,7 @@ def main(
             curves = campaign_curves(measured, campaign)
             measured = with_stage_baseline(measured, campaign, executor, stages)
 
-        from carrierflex.diagnosis.report.rim_motion_files import rim_motion
+        from carrierflex.workflows.view3d.rim_motion_files import rim_motion
         from carrierflex.workflows.view3d.rim_scene import rim_scene
 
         diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
@@ -227,8 +227,8 @@ def _refuse(
 def marks_of_diagnosis(out: Path) -> dict[Path, str]:
     """Files that a diagnosis writes or removes, and words by which they are of this program."""
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT
-    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
+    from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION_FILE
 
     return {
         out / DIAGNOSIS_FILE: f'"{FORMAT}"',
@@ -280,8 +280,8 @@ def _write(
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
     from carrierflex.diagnosis.report.page import report_page
     from carrierflex.diagnosis.report.report_data import ReportSource, report_data
-    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE, write_report_data
+    from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
 
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)

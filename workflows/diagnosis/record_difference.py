@@ -16,7 +16,13 @@ from scipy.stats import norm
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
-from carrierflex.diagnosis.report.fleet_sizes import (
+from carrierflex.diagnosis.report.page import rendered_page
+from carrierflex.diagnosis.report.words import capitalised, counted, listed
+from carrierflex.files.quantities import number
+from carrierflex.files.result_schemas import json_content, json_table
+from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.resampling import NORMAL_95
+from carrierflex.workflows.diagnosis.fleet_sizes import (
     GAP,
     RMS,
     CampaignRow,
@@ -27,12 +33,6 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     size_left,
     size_name,
 )
-from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import capitalised, counted, listed
-from carrierflex.files.quantities import number
-from carrierflex.files.result_schemas import json_content, json_table
-from carrierflex.files.versions import software_name
-from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Distance in standard deviations at which nine of ten differences lie beyond their interval.
 _SEEN_IN_NINE_OF_TEN = NORMAL_95 + float(norm.ppf(0.9))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -37,9 +37,9 @@ class DiagnosisSide:
     causes: Annotated[tuple[str, ...], "Named effects, or classes where no effect is named"]
     rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
     noise_floor: Annotated[float, "RMS of the noise [unit]"]
-    blocks: Annotated[tuple[BlockScore, ...], "Held-out gap by block"]
-    cells: Annotated[tuple[GapCell, ...], "Gap map"]
-    runs: Annotated[tuple[RunValidation, ...], "Comparison error by run"]
+    blocks: Annotated[Mapping[tuple[str, int], BlockScore], "Held-out gap by block"]
+    cells: Annotated[Mapping[tuple[str, str, float], GapCell], "Gap map"]
+    runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
 def digest_of_records(folder: Path) -> str:
@@ -78,12 +78,18 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
         "causes": document["effects"] or [finding["id"] for finding in document["classes"]],
         "rms": far["rms_before"],
         "noise_floor": far["noise_floor"],
-        "blocks": document["held_out"],
-        "cells": [cell | unknown for cell in document["where"]],
-        "runs": document["validation"],
+        **{key: {} for key in ("blocks", "cells", "runs")},
     }
     side: DiagnosisSide = restored(DiagnosisSide, {**document, **stated})
-    return side
+    blocks = restored(tuple[BlockScore, ...], document["held_out"])
+    cells = restored(tuple[GapCell, ...], [cell | unknown for cell in document["where"]])
+    runs = restored(tuple[RunValidation, ...], document["validation"])
+    return replace(
+        side,
+        blocks={(row.run, row.block): row for row in blocks},
+        cells={(row.run, row.channel_pattern, row.order): row for row in cells},
+        runs={row.run: row for row in runs},
+    )
 
 
 #: What became of a cell of the gap map.
@@ -151,7 +157,6 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
     ratio, interval = _ratio(before, after)
     above = before.rms**2 - before.noise_floor**2
     taken = before.rms**2 - after.rms**2
-    runs = {row.run: row for row in after.runs}
     return GapChange(
         before=before,
         after=after,
@@ -160,9 +165,9 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
         explained=taken / above if above > 0.0 else float("nan"),
         cells=tuple(sorted(_cell_changes(before, after), key=lambda cell: -abs(cell.change))),
         runs=tuple(
-            RunChange(old.run, old.error_before, new.error_before, max(old.u_val, new.u_val))
-            for old in before.runs
-            if (new := runs.get(old.run)) is not None
+            RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))
+            for run, old in before.runs.items()
+            if (new := after.runs.get(run)) is not None
         ),
         solved=tuple(name for name in before.causes if name not in after.causes),
         remaining=tuple(name for name in before.causes if name in after.causes),
@@ -185,9 +190,7 @@ def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
             f"records ({before.measured[:12]} and {after.measured[:12]}); expected two diagnoses "
             "of one measurement: same samples, windows and conditions"
         )
-    samples = [
-        {(row.run, row.block): row.samples for row in side.blocks} for side in (before, after)
-    ]
+    samples = [{key: of.samples for key, of in side.blocks.items()} for side in (before, after)]
     if samples[0] != samples[1]:
         raise ValueError(
             f"{about}: their records are scored in different blocks; expected two diagnoses of "
@@ -197,14 +200,13 @@ def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
 
 def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval]:
     """RMS after over before with its interval; the same blocks are drawn of both."""
-    of_after = {(row.run, row.block): row for row in after.blocks}
-    pairs = [(row, of_after[row.run, row.block]) for row in before.blocks]
-    squares = np.array([[row.samples * row.mean_square for row in pair] for pair in pairs]).T
+    scores = [[side.blocks[key] for key in before.blocks] for side in (before, after)]
+    squares = np.array([[one.samples * one.mean_square for one in of_side] for of_side in scores])
     totals = squares.sum(axis=1)
     if not totals[0] > 0.0:
         return float("nan"), NO_INTERVAL
     counts = two_level_counts(
-        [row.condition for row in before.blocks],
+        [one.condition for one in before.blocks.values()],
         n_samples=1000,
         rng=np.random.default_rng(17),
     )
@@ -215,12 +217,8 @@ def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval
 
 
 def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellChange]:
-    old, new = (
-        {(row.run, row.channel_pattern, row.order): row for row in side.cells}
-        for side in (before, after)
-    )
-    for key in dict.fromkeys((*old, *new)):
-        pair = [old.get(key), new.get(key)]
+    for key in dict.fromkeys((*before.cells, *after.cells)):
+        pair = [side.cells.get(key) for side in (before, after)]
         is_real = [cell is not None and cell.p_value < SIGNIFICANCE for cell in pair]
         if not any(is_real):
             continue
