@@ -13,9 +13,7 @@ error off. Errors of different signals are independent: their squares add up. A 
 of C has ``r_e - r = sigma_c y_c``, the channel's signal in it and zero in the others, so that least
 squares decides what it does: C channels that tell a parameter alike move it by
 ``sigma / sqrt(C)``, one that alone tells it by all of sigma. A gain that one parameter or several
-make up for exactly moves them by their powers in the unit of the signal:
-:class:`~carrierflex.diagnosis.comparison.known_physics.DeclaredGains` is this with a single
-channel.
+make up for exactly moves them by their powers in the unit of the signal: :class:`DeclaredGains`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,13 +27,14 @@ from carrierflex.identification.campaign.declarations import Channel, InputSigna
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.measurement import Measurement
 
-#: Declared error of a channel that bounds each part of the measurement model.
-_ERROR_KEYS = {
-    Measurement.GAIN: "gain_std",
-    Measurement.ZERO: "zero_std",
-    Measurement.DELAY: "delay_std",
-    Measurement.ANGLE: "angle_std",
-    Measurement.RADIUS: "radius_std",
+#: Declared error of a channel that bounds each part of the measurement model, and the name of that
+#: source of error.
+_ERRORS = {
+    Measurement.GAIN: ("gain_std", "probes"),
+    Measurement.ZERO: ("zero_std", "probes"),
+    Measurement.DELAY: ("delay_std", "delay"),
+    Measurement.ANGLE: ("angle_std", "probe angles"),
+    Measurement.RADIUS: ("radius_std", "probe radius"),
 }
 
 
@@ -72,7 +71,7 @@ class KnownPhysics:
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(signal, _ERROR_KEYS[measurement]) for signal in those]
+        declared = [getattr(signal, _ERRORS[measurement][0]) for signal in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -144,7 +143,6 @@ class DeclaredGains:
 #: Nothing is declared.
 EXACT_GAINS = DeclaredGains()
 
-
 #: Errors of an input that intervals hold.
 _OF_INPUTS = (Measurement.GAIN, Measurement.ZERO)
 
@@ -176,31 +174,21 @@ class DeclaredError:
 class Misreading:
     """Declared errors and what each of them does to the gradient of a fit."""
 
-    errors: tuple[DeclaredError, ...]  # Declared errors
+    errors: tuple[DeclaredError, ...]
     #: ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the noise
     #: of a run, of the waves of a carrier's curves, shape (E, p)
     scores: FloatArray
-    #: What those are. curves: str What intervals hold of the size of a carrier's curves, in words.
-    further: str
-    curves: str = ""
+    further: str  # What those are
+    curves: str = ""  # What intervals hold of the size of a carrier's curves, in words
 
     @property
     def sources(self) -> list[str]:
         """Source of error of every row of the scores: ``load cell``, ``probes`` ..."""
         of_errors = [
-            "load cell" if error.is_of_input else _SOURCES[error.quantity] for error in self.errors
+            "load cell" if error.is_of_input else _ERRORS[error.quantity][1]
+            for error in self.errors
         ]
         return of_errors + [self.further] * (len(self.scores) - len(of_errors))
-
-
-#: Sources of error by what of a channel is off.
-_SOURCES = {
-    Measurement.GAIN: "probes",
-    Measurement.ZERO: "probes",
-    Measurement.DELAY: "delay",
-    Measurement.ANGLE: "probe angles",
-    Measurement.RADIUS: "probe radius",
-}
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
@@ -209,13 +197,14 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
         DeclaredError(signal.name, measurement, std)
         for signal in known.inputs
         for measurement in _OF_INPUTS
-        if (std := getattr(signal, _ERROR_KEYS[measurement]))
+        if (std := getattr(signal, _ERRORS[measurement][0]))
     ]
-    for measurement, key in _ERROR_KEYS.items():
+    for measurement, (key, _) in _ERRORS.items():
         declared = [
-            (k, channel.name, getattr(channel, key)) for k, channel in enumerate(known.channels)
+            (k, channel.name, std)
+            for k, channel in enumerate(known.channels)
+            if (std := getattr(channel, key))
         ]
-        declared = [one for one in declared if one[2]]
         if measurement is Measurement.DELAY:
             # All channels share one; whoever declares several knows it to the largest.
             largest = max((std for _, _, std in declared), default=0.0)

@@ -46,15 +46,11 @@ class CauseRow(NamedTuple):
         """Share with its interval: ``46 % (35 to 57 %)``."""
         if math.isnan(self.share):
             return ""
-        low, high = (_digits(end) for end in self.ci95)
+        # Ends without a sign, one decimal below one per cent.
+        ends = [100.0 * min(max(end, 0.0), 1.0) for end in self.ci95]
+        low, high = (number(round(end, 0 if end >= 1.0 else 1)) for end in ends)
         text = share_words(self.share)
         return text if UNKNOWN in (low, high) or low == high else f"{text} ({low} to {high} %)"
-
-
-def _digits(share: float) -> str:
-    """Share in per cent without its sign, one decimal below one."""
-    value = 100.0 * min(max(share, 0.0), 1.0)
-    return number(round(value, 0 if value >= 1.0 else 1))
 
 
 def cause_rows(data: ReportData) -> list[CauseRow]:

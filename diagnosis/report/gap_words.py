@@ -31,10 +31,6 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.quantities import sized
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
-#: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
-#: that took the mean of a cause over the runs has others.
-_LARGEST_EXPONENT = 4.0
-_MOST_DRIFTS = 2
 #: What does not repeat is said where it is this share of what does.
 _SMALLEST_SCATTER = 0.01
 _SMALLEST_P = 1e-6
@@ -103,11 +99,8 @@ def place_words(findings: GapFindings) -> str:
 
 def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> str:
     """Small orders of a share from `smallest_order` on, scatter and drift."""
-    small = [
-        finding
-        for finding in findings.where
-        if finding.kind == SMALL_ORDER and finding.share >= smallest_order
-    ]
+    small = [one for one in findings.where if one.kind == SMALL_ORDER]
+    small = [one for one in small if one.share >= smallest_order]
     return _joined(_small_order_words(small), scatter_words(findings, unit))
 
 
@@ -150,7 +143,8 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
     text = ""
     for condition, exponent in exponents.items():
-        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
+        # What is left beside a baseline that took the mean of a cause over the runs has others.
+        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > 4.0:
             continue
         if abs(exponent.value) < 0.25:
             text += f", whatever the {condition}"
@@ -270,8 +264,8 @@ def _drift_words(findings: GapFindings, noun: str, unit: str) -> str:
     cells = [
         f"in {row.run} {noun} {row.order:g}, {row.channel_pattern} changes by "
         f"{sized(row.change, unit)}"
-        for row in drifts[:_MOST_DRIFTS]
+        for row in drifts[:2]
     ]
-    n_more = len(drifts) - _MOST_DRIFTS
-    more = f" (and {counted(n_more, 'cell')} more)" if n_more > 0 else ""
+    n_more = len(drifts) - len(cells)
+    more = f" (and {counted(n_more, 'cell')} more)" if n_more else ""
     return f"the gap drifts in time: {', '.join(cells)}{more}"

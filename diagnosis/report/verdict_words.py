@@ -224,7 +224,7 @@ def _is_fault(name: str) -> bool:
     return name.startswith("wiring/") or name == RUN_VARIATION
 
 
-def experiment_text(diagnosis: Diagnosis) -> str:
+def _experiment_text(diagnosis: Diagnosis) -> str:
     """Discriminating experiment as a sentence; empty where none is asked for."""
     text = diagnosis.attribution.discriminating_experiment
     return f"{capitalised(text).rstrip('.')}." if text else ""
@@ -244,7 +244,7 @@ def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) ->
     answer = diagnosis.classes
     if has_measured_law is None:
         has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)
-    experiment = experiment_text(diagnosis)
+    experiment = _experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
         return [experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."]
     first = [f"{one.about}: {one.remedy}." for one in diagnosis.warnings[:1]]
@@ -257,10 +257,14 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     answer = diagnosis.classes
     names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     if diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER):
-        return f"Put {_in_turn(diagnosis) or names} into the simulation."
+        # In the order of their worth, each with the gap that it leaves.
+        far, unit = diagnosis.reduction, diagnosis.unit
+        steps = far.steps[1:] if far is not None else ()
+        in_turn = [f"{plain_name(one.added)} (gap to {sized(one.rms, unit)})" for one in steps]
+        return f"Put {listed(in_turn) or names} into the simulation."
     if diagnosis.verdict == ALIASED:
         none = f"Do not put {names} into the simulation yet" if names else "Put none of them in yet"
-        return none + ("." if experiment_text(diagnosis) else ": measure where they differ.")
+        return none + ("." if _experiment_text(diagnosis) else ": measure where they differ.")
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
         if has_measured_law:
             return (
@@ -280,14 +284,6 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     return (
         "Check the position and growth of the gap: no effect of the library matches them. The "
         "cause is outside the library, or in the measurement."
-    )
-
-
-def _in_turn(diagnosis: Diagnosis) -> str:
-    """Named effects in the order of their worth, each with the gap that it leaves."""
-    steps = diagnosis.reduction.steps if diagnosis.reduction is not None else ()
-    return listed(
-        [f"{plain_name(one.added)} (gap to {sized(one.rms, diagnosis.unit)})" for one in steps[1:]]
     )
 
 

@@ -29,8 +29,6 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
-#: Share of the change, eps, that errors of gains, torque and curves leave open in a component.
-_OPEN_SHARE = 0.03
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
 #: Factors on a channel are alike where they differ by less.
@@ -113,7 +111,8 @@ def _whitening(change: FloatArray, n: int, noise: RevolutionNoise) -> FloatArray
     C = change.shape[1]
     memory = 1.0 - noise.memory[:, None, None]
     covariance = noise.covariance / memory**2 / n
-    covariance = covariance + _OPEN_SHARE**2 * np.sum(change**2) * np.eye(C)
+    # eps: what errors of gains, torque and curves leave open in a component.
+    covariance = covariance + 0.03**2 * np.sum(change**2) * np.eye(C)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 

@@ -48,9 +48,6 @@ from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 #: Revolutions over which d is averaged, chosen: a large change shows in the first window, a small
 #: one in the last.
 WINDOWS = (3.0, 12.0, 48.0)
-#: Revolutions that an alarm needs at least: ln e_n is cut off at h over this. No single revolution,
-#: whatever disturbs it, raises an alarm.
-LEAST_REVOLUTIONS = 5
 #: Fewest revolutions of a learning period: the bound of [4] needs them.
 LEAST_LEARNED = 100
 
@@ -178,7 +175,8 @@ class ChangeTest:
         # Tails heavier than normal ones weigh less.
         s = np.minimum(np.maximum(size - delta, 0.0) / q, 3.0 / np.sqrt(q))
         growth = s * (y - delta) - 0.5 * s**2 * q
-        return np.asarray(np.minimum(growth, self.threshold / LEAST_REVOLUTIONS))
+        # An alarm needs five revolutions: no single one, whatever disturbs it, raises one.
+        return np.asarray(np.minimum(growth, self.threshold / 5))
 
 
 def threshold_of(revolutions_a_day: float, false_alarms_a_day: float) -> float:

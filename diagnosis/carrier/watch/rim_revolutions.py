@@ -30,9 +30,6 @@ from carrierflex.simulation.carrier.rim import (
 
 Columns = Mapping[str, FloatArray]
 
-#: A channel without a change for this share of a revolution, or with more missing, is silent.
-_CONSTANT_SHARE, _MISSING_SHARE = 0.25, 0.5
-
 
 @dataclass(frozen=True, eq=False)
 class Revolution:
@@ -142,7 +139,7 @@ class RimBaseline:
         if steps.min() <= 0.0 or steps.max() > 0.2 * (time[-1] - time[0]):
             return None
         signals = np.array([columns[channel.name] for channel in self.channels])
-        silent = self._silent(angle, signals)
+        silent = np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
         prediction = self.prediction(columns)
         signals = np.where(silent[:, None], prediction, signals)
         both, scatter = self.vectors(angle, np.concatenate([signals - prediction, prediction]))
@@ -160,13 +157,6 @@ class RimBaseline:
             is_silent=silent,
             loads=np.array([*loads, abs(_speed(time, angle))]),
         )
-
-    def _silent(self, angle: FloatArray, signals: FloatArray) -> BoolArray:
-        """Channels that are constant for a part of the turn, or missing, shape (C,)."""
-        n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
-        if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
-            return np.zeros(len(signals), dtype=np.bool_)
-        return np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
 
 
 def _speed(time: FloatArray, angle: FloatArray) -> float:
@@ -189,13 +179,13 @@ def vector_of_amplitudes(amplitudes: FloatArray) -> FloatArray:
 
 
 def _is_silent(signal: FloatArray, angle: FloatArray, n_orders: int) -> bool:
-    """Whether a channel stands still for a part of the turn, or is missing."""
+    """Whether a channel stands still for a quarter of the turn, or lacks half of it."""
     present = np.isfinite(signal)
-    if present.mean() < 1.0 - _MISSING_SHARE or too_sparse(angle[present], n_orders):
+    if present.mean() < 0.5 or too_sparse(angle[present], n_orders):
         return True
     changes = np.flatnonzero(np.diff(signal[present]) != 0.0)
     edges = np.concatenate([[-1], changes, [present.sum() - 1]])
-    return bool(np.diff(edges).max() > _CONSTANT_SHARE * signal.size)
+    return bool(np.diff(edges).max() > 0.25 * signal.size)
 
 
 @dataclass
