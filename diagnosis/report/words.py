@@ -157,6 +157,8 @@ def shown_unit(name: str, unit: str) -> tuple[float, str]:
 
 
 MOST_ROWS = 12
+#: An exponent with a wider interval tells no law from another.
+WIDEST_EXPONENT = 3.0
 
 
 def capitalised(text: str) -> str:
@@ -338,7 +340,7 @@ def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Expon
         rows += [
             (group.channel_pattern + order, group.frame or UNKNOWN, condition, exponent)
             for condition, exponent in group.exponents.items()
-            # With a wider interval it tells no law from another.
-            if math.isfinite(exponent.value) and exponent.ci95[1] - exponent.ci95[0] <= 3.0
+            if math.isfinite(exponent.value)
+            and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
     return rows[:MOST_ROWS]
