@@ -257,16 +257,13 @@ class _Line(NamedTuple):
 _DRAWN = CarrierParameters()
 _GAP_END = _DRAWN.upwind_plate_thickness + _DRAWN.plate_gap
 _END = _GAP_END + _DRAWN.downwind_plate_thickness
+_PINS, _HOLE = _DRAWN.centre_distance, _DRAWN.pin_hole_diameter / 2
 #: Where the section through a pin (axis horizontal, upwind on the left) and the face stand.
 _SECTION_AT, _FACE_AT = -0.55, 0.55
 
 
-def _across(
-    x: float, diameter: float, *, is_of_face: bool = False, number_at: float = 0.5
-) -> _Line:
-    """Line over a diameter: across the axis in the section, around a pin hole in the face."""
-    if is_of_face:
-        return _Line((-diameter / 2, x), (diameter / 2, x), True)
+def _across(x: float, diameter: float, number_at: float = 0.5) -> _Line:
+    """Line over a diameter of the section."""
     return _Line((x, -diameter / 2), (x, diameter / 2), number_at=number_at)
 
 
@@ -276,13 +273,13 @@ _LINES = {
     "downwind_plate_thickness": _Line((_GAP_END, 0.46), (_END, 0.46)),
     "hub_length": _Line((-_DRAWN.hub_length, -0.46), (0.0, -0.46)),
     "seat_length": _Line((_END, -0.46), (_END + _DRAWN.seat_length, -0.46)),
-    "hub_outer_diameter": _across(-0.09, _DRAWN.hub_outer_diameter, number_at=0.3),
+    "hub_outer_diameter": _across(-0.09, _DRAWN.hub_outer_diameter, 0.3),
     "hub_inner_diameter": _across(-0.045, _DRAWN.hub_inner_diameter),
-    "seat_outer_diameter": _across(_END + 0.045, _DRAWN.seat_outer_diameter, number_at=0.3),
+    "seat_outer_diameter": _across(_END + 0.045, _DRAWN.seat_outer_diameter, 0.3),
     "seat_inner_diameter": _across(_END + 0.02, _DRAWN.seat_inner_diameter),
     "outer_radius": _Line((0.0, 0.0), (-0.217, -0.377), True),
-    "centre_distance": _Line((0.0, 0.0), (0.0, _DRAWN.centre_distance), True),
-    "pin_hole_diameter": _across(_DRAWN.centre_distance, _DRAWN.pin_hole_diameter, is_of_face=True),
+    "centre_distance": _Line((0.0, 0.0), (0.0, _PINS), True),
+    "pin_hole_diameter": _Line((-_HOLE, _PINS), (_HOLE, _PINS), True),
     "planet_clearance_radius": _Line((0.267, -0.154), (0.080, -0.040), True),
     "web_inner_radius": _Line((0.0, 0.0), (0.0, -_DRAWN.web_inner_radius), True),
 }
@@ -327,8 +324,7 @@ def _section(axes: "Axes") -> None:
         block(_GAP_END, sign * seat_bore, drawn.downwind_plate_thickness, sign * outer)
         block(_END, sign * seat_bore, drawn.seat_length, sign * drawn.seat_outer_diameter / 2)
     block(plate, -drawn.web_inner_radius, drawn.plate_gap, -outer)
-    hole, pins = drawn.pin_hole_diameter / 2, drawn.centre_distance
-    block(0.0, pins - hole, _END, pins + hole, "white")
+    block(0.0, _PINS - _HOLE, _END, _PINS + _HOLE, "white")
     ends = [x + _SECTION_AT for x in (-drawn.hub_length - 0.04, _END + drawn.seat_length + 0.04)]
     axes.plot(ends, [0.0, 0.0], "-.", color=BLACK, linewidth=0.6)
 
@@ -339,7 +335,6 @@ def _face(axes: "Axes") -> None:
     _disc(axes, (_FACE_AT, 0.0), _DRAWN.outer_radius, facecolor=_BODY)
     _disc(axes, (_FACE_AT, 0.0), _DRAWN.web_inner_radius, **room)
     _disc(axes, (_FACE_AT, 0.0), _DRAWN.hub_inner_diameter / 2)
-    pins = _DRAWN.centre_distance
-    for x, y in ((0.0, pins), (0.2667, -pins / 2), (-0.2667, -pins / 2)):
-        _disc(axes, (x + _FACE_AT, y), _DRAWN.pin_hole_diameter / 2)
+    for x, y in ((0.0, _PINS), (0.2667, -_PINS / 2), (-0.2667, -_PINS / 2)):
+        _disc(axes, (x + _FACE_AT, y), _HOLE)
         _disc(axes, (x + _FACE_AT, y), _DRAWN.planet_clearance_radius, **room)

@@ -205,12 +205,10 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
     faults: list[_Hypothesis] = []
     add(DELAY, slope, ())
     for c, channel in enumerate(baseline.channels):
-        only = np.zeros(C)
-        only[c] = 1.0
+        only = np.eye(C)[c]
+        zero, names = constant * only, (channel.name,)
         waves = before * only
         waves[0] = 0.0
-        zero = constant * only
-        names = (channel.name,)
         faults.append(_Hypothesis(ZERO, zero[None], names))
         rows = np.zeros((p, p, C))
         rows[np.arange(p), np.arange(p), c] = 1.0
@@ -256,15 +254,10 @@ def _pattern_vectors(columns: Columns, baseline: RimBaseline) -> FloatArray:
 def _turn(loads: FloatArray) -> dict[str, FloatArray]:
     """Columns of one turn under constant loads."""
     theta = 2.0 * np.pi * np.arange(_SAMPLES) / _SAMPLES
-    torque, ntl_y, ntl_z, speed = loads.tolist()
-    still = np.ones_like(theta)
-    return {
-        "time": theta / speed,
-        "carrier_angle": theta,
-        "torque": torque * still,
-        "ntl_y": ntl_y * still,
-        "ntl_z": ntl_z * still,
-    }
+    *forces, speed = loads.tolist()
+    names = ("torque", "ntl_y", "ntl_z")
+    steady = {name: np.full(_SAMPLES, of) for name, of in zip(names, forces, strict=True)}
+    return {"time": theta / speed, "carrier_angle": theta} | steady
 
 
 def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:

@@ -111,13 +111,9 @@ class TurbineWatch:
         p, C = self.baseline.shape
         if not self.recent:
             n = max(_RECENT, self.options.learn)
-            self.recent = {
-                "residual": np.zeros((n, p, C)),
-                "predicted": np.zeros((n, p, C)),
-                "scatter": np.zeros((n, C)),
-                "loads": np.zeros((n, 4)),
-                "times": np.zeros((n, 2)),
-            }
+            shapes = {"residual": (p, C), "predicted": (p, C), "scatter": (C,)}
+            shapes |= {"loads": (4,), "times": (2,)}
+            self.recent = {name: np.zeros((n, *shape)) for name, shape in shapes.items()}
             self.silent = np.zeros(C, dtype=np.int64)
             self.masked = np.zeros(C, dtype=np.bool_)
             self.n_needed = self.options.learn
