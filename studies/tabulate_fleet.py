@@ -24,11 +24,11 @@ from carrierflex.blind_check.truth.fleet import (
     fleet_plans,
     write_fleet_case,
 )
-from carrierflex.diagnosis.report.fleet_sizes import GAP, CampaignRow
 from carrierflex.diagnosis.report.words import counted
 from carrierflex.files.json_files import save_text
 from carrierflex.identification.estimation.shrinkage import trend
 from carrierflex.identification.estimation.single_thread import single_threaded
+from carrierflex.workflows.diagnosis.fleet_sizes import GAP, CampaignRow
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fleet import diagnose_fleet
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, SizeTrend

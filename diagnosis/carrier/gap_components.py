@@ -28,13 +28,7 @@ _UNDECIDED = "undecided"
 #: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the
 #: leak of a sensor's gain.
 _SHARE_OF_ORDER = 0.9
-#: Growth is fitted for this many components.
-_MOST_GROWN = 12
-#: Components of the gap that are named at most, and the smallest share worth naming.
-_MOST_NAMED = 3
 SMALLEST_NAMED = 0.05
-#: Small orders named at most.
-_MOST_SMALL = 4
 #: A component changes with the radial load where its sizes, the growth with torque taken out,
 #: differ by this share of the largest.
 _CHANGES = 0.5
@@ -47,13 +41,17 @@ SPEED = "speed"
 class _Component:
     """Cells of one pattern and order in all runs."""
 
-    pattern: str  # sensor pattern
-    order: int  # order
+    pattern: str
+    order: int
     share: float  # share of the gap
-    amplitudes: dict[str, float]
+    amplitudes: dict[str, float]  # by run in which it is significant, as are the errors
     errors: dict[str, float]
-    runs: tuple[str, ...]  # these runs
     p_value: float  # largest of those runs
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """Runs in which it is significant."""
+        return tuple(self.amplitudes)
 
 
 def components_of(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
@@ -62,26 +60,27 @@ def components_of(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
     if not gap:
         return ()
     orders = gap.orders.astype(np.int64)
-    patterns = _patterns(gap, orders)
     keys, first, component_of = np.unique(
-        np.column_stack([patterns, orders]), axis=0, return_index=True, return_inverse=True
+        np.column_stack([_patterns(gap, orders), orders]),
+        axis=0,
+        return_index=True,
+        return_inverse=True,
     )
-    run_of = gap.indices[:, 0]
-    shape = (len(keys), len(gap.runs))
-    cell = np.ravel_multi_index((component_of.ravel(), run_of), shape)
+    component_of, run_of = component_of.ravel(), gap.indices[:, 0]
 
     def by_component_and_run(values: FloatArray) -> FloatArray:
         """Sums of the cells of each component in each run."""
-        flat = np.bincount(cell, values, minlength=shape[0] * shape[1])
-        return np.asarray(flat.reshape(shape), dtype=np.float64)
+        sums = np.zeros((len(keys), len(gap.runs)))
+        np.add.at(sums, (component_of, run_of), values)
+        return sums
 
     sizes = np.sqrt(by_component_and_run(np.maximum(gap.coherent, 0.0)))
     # Of the two components of the noise one lies along the amplitude.
     errors = np.sqrt(0.5 * by_component_and_run(gap.noise))
-    shares = np.bincount(component_of.ravel(), gap.shares)
+    shares = np.bincount(component_of, gap.shares)
     beyond: dict[int, list[int]] = {}
     for number in np.flatnonzero(gap.are_significant).tolist():
-        beyond.setdefault(int(component_of.ravel()[number]), []).append(number)
+        beyond.setdefault(int(component_of[number]), []).append(number)
     components = []
     for k in np.argsort(first).tolist():
         shown = beyond.get(k, [])
@@ -93,7 +92,6 @@ def components_of(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
                 share=float(shares[k]),
                 amplitudes={gap.runs[run]: float(sizes[k, run]) for run in runs},
                 errors={gap.runs[run]: float(errors[k, run]) for run in runs},
-                runs=tuple(gap.runs[run] for run in runs),
                 p_value=float(gap.p_values[shown].max(initial=0.0)) if shown else 1.0,
             )
         )
@@ -161,14 +159,14 @@ class GapComponents:
 
     def growth(self) -> tuple[PartGrowth, ...]:
         """Frame and growth of the largest significant components."""
-        return tuple(map(self._growth, self._significant[:_MOST_GROWN]))
+        return tuple(map(self._growth, self._significant[:12]))
 
     def where(self) -> tuple[Finding, ...]:
         """Where the gap lies: largest components, then orders that are small yet significant.
 
         Empty where no component of five per cent is significant.
         """
-        large = [one for one in self._significant if one.share >= SMALLEST_NAMED][:_MOST_NAMED]
+        large = [one for one in self._significant if one.share >= SMALLEST_NAMED][:3]
         if not large:
             return ()
         rest = [one for one in self._significant if one not in large]
@@ -180,14 +178,12 @@ class GapComponents:
 
     def _growth(self, component: _Component) -> PartGrowth:
         """Exponents of a component with every condition, over the runs that show it."""
-        runs = component.runs
-        size = np.array([component.amplitudes[run] for run in runs])
-        error = np.array([component.errors[run] for run in runs])
         values: dict[str, FloatArray] = {
-            name: np.array([by_run[run] for run in runs], dtype=np.float64)
+            name: np.array([by_run[run] for run in component.runs], dtype=np.float64)
             for name, by_run in self.conditions.items()
         }
-        growth = exponents(size, error, values)
+        sizes, errors = (list(of.values()) for of in (component.amplitudes, component.errors))
+        growth = exponents(np.array(sizes), np.array(errors), values)
         if self._is_fitted(component):
             # What is beside a mean grows either way from where the loads are mean.
             reason = "the baseline takes its mean"
@@ -229,22 +225,19 @@ class GapComponents:
         """Whether a component differs between runs with and without a radial load."""
         if self._is_fitted(component):
             return False
-        loads = self.conditions[RADIAL_LOAD]
-        exponent = growth.exponents[TORQUE]
+        loads, exponent = self.conditions[RADIAL_LOAD], growth.exponents[TORQUE]
         is_known = exponent.is_within(KNOWN_WITHIN)
-        torque = [self.conditions[TORQUE][run] for run in component.runs]
-        if not is_known and max(torque) - min(torque) > _CHANGES * max(torque):
+        torques = [self.conditions[TORQUE][run] for run in component.runs]
+        if not is_known and max(torques) - min(torques) > _CHANGES * max(torques):
             return False
         power = exponent.value if is_known else 0.0
+        amplitudes = component.amplitudes.values()
         sizes = [
-            component.amplitudes[run] / max(self.conditions[TORQUE][run], 1.0) ** power
-            for run in component.runs
+            size / max(torque, 1.0) ** power
+            for size, torque in zip(amplitudes, torques, strict=True)
         ]
-        least = WITHOUT * max(loads.values())
-        n_loaded = sum(loads[run] > least for run in component.runs)
-        if n_loaded in (0, len(component.runs)):
-            return False
-        return max(sizes) - min(sizes) > _CHANGES * max(sizes)
+        is_loaded = {loads[run] > WITHOUT * max(loads.values()) for run in component.runs}
+        return len(is_loaded) == 2 and max(sizes) - min(sizes) > _CHANGES * max(sizes)
 
 
 def _small_orders(components: Sequence[_Component], n_runs: int) -> list[Finding]:
@@ -267,4 +260,4 @@ def _small_orders(components: Sequence[_Component], n_runs: int) -> list[Finding
                 p_value=surest.p_value,
             )
         )
-    return sorted(findings, key=lambda finding: -finding.share)[:_MOST_SMALL]
+    return sorted(findings, key=lambda finding: -finding.share)[:4]

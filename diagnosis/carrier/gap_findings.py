@@ -5,7 +5,7 @@ Its map, and beyond it the gap in time, what does not repeat, growth, and scalar
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.stats import chi2
@@ -30,7 +30,6 @@ from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     GapMoment,
     NonSynchronousCell,
-    OffOrderMotion,
     Scalar,
 )
 from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
@@ -60,8 +59,6 @@ from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import RIM_PATTERNS
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
-#: Points of a turn at which its peaks are looked for.
-_POINTS = 128
 #: Seeds of the draws of the cells, on the orders and off them.
 _SEED, _SEED_OFF_ORDERS = 3, 5
 
@@ -80,14 +77,12 @@ class CarrierGap:
     @cached_property
     def cells(self) -> Sequence[GapCell]:
         """Gap map, largest share first."""
-        names = [run.name for run in self.campaign.runs]
-        noise = self.noise.mean() / self._samples
         return _gap_cells(
             self.campaign.channels,
             self.residual,
-            names,
+            [run.name for run in self.campaign.runs],
             self.records.run_of_revolution,
-            noise,
+            self.noise.mean() / self._samples,
             tuple(_off_order_tables(self.motion)),
         )
 
@@ -111,7 +106,7 @@ class CarrierGap:
         scattered: list[ScatterTable] = []
         off_orders: list[NonSynchronousCell] = []
         for r, run in enumerate(self.campaign.runs):
-            revolutions = self._complete(r)
+            revolutions = self._by_run[r]
             if not revolutions.size:
                 continue
             split, measured = self._splits(revolutions)
@@ -126,19 +121,13 @@ class CarrierGap:
         rows = significant_non_synchronous(scattered, off_orders)
         repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
-        n_planets = int(self.campaign.rig["n_planets"])
         components = GapComponents(
             components_of(map_of(self.cells).on_orders()),
             self.conditions,
-            n_planets,
-            tuple(
-                sorted({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS))
-            ),
+            int(self.campaign.rig["n_planets"]),
+            sorted({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS)),
         )
-        where = (
-            *components.where(),
-            *_line_findings(self.motion.motions, coherent, len(self.campaign.runs)),
-        )
+        where = (*components.where(), *self._lines(coherent))
         return GapFindings(
             where=tuple(
                 sorted(where, key=lambda finding: (finding.kind == SMALL_ORDER, -finding.share))
@@ -162,28 +151,23 @@ class CarrierGap:
         is_complete &= np.isfinite(self.residual).all(axis=(1, 2))
         if not is_complete.any():
             return ()
-        measured = target[is_complete]
-        predicted = (target - self.residual)[is_complete]
-        measured_split = pattern_split(channels, measured)
-        predicted_split = pattern_split(channels, predicted)
-        quantities = [
+        both = target[is_complete], (target - self.residual)[is_complete]
+        splits = [pattern_split(channels, orders) for orders in both]
+        scalars = []
+        for name, pattern, order, factor in (
             ("static tilt at the rim", "m=+1", 0, 2.0),
             ("1X axial", "m=+1", 1, 1.0),
             ("1X radial", RADIAL, 1, 1.0),
-        ]
-        scalars = []
-        for name, pattern, order, factor in quantities:
-            if pattern in measured_split.names:
-                zero = measured_split.amplitudes.shape[-1] // 2
-                cell = (..., measured_split.names.index(pattern), zero + order)
-                sizes = factor * np.abs(measured_split.amplitudes[cell])
-                predicted_sizes = factor * np.abs(predicted_split.amplitudes[cell])
-                scalars.append(Scalar(name, "m", sizes, predicted_sizes))
+        ):
+            if pattern in splits[0].names:
+                zero = splits[0].amplitudes.shape[-1] // 2
+                cell = (..., splits[0].names.index(pattern), zero + order)
+                sizes = (factor * np.abs(split.amplitudes[cell]) for split in splits)
+                scalars.append(Scalar(name, "m", *sizes))
         axial = [c for c, channel in enumerate(channels) if channel.quantity == AXIAL]
         if axial:
-            span = _peak_to_peak(measured[:, axial])
-            predicted_span = _peak_to_peak(predicted[:, axial])
-            scalars.append(Scalar("axial peak to peak", "m", span, predicted_span))
+            spans = (_peak_to_peak(orders[:, axial]) for orders in both)
+            scalars.append(Scalar("axial peak to peak", "m", *spans))
         return tuple(scalars)
 
     @cached_property
@@ -201,13 +185,10 @@ class CarrierGap:
         return 2 * self.residual.shape[-1] - 1
 
     @cached_property
-    def _is_complete(self) -> BoolArray:
-        """Revolutions in which every channel was measured, shape (R,)."""
-        return np.asarray(np.isfinite(self.residual).all(axis=(1, 2)))
-
-    def _complete(self, run: int) -> IntArray:
-        """Revolutions of a run in which every channel was measured."""
-        return np.flatnonzero((self.records.run_of_revolution == run) & self._is_complete)
+    def _by_run(self) -> list[IntArray]:
+        """Revolutions of every run in which every channel was measured."""
+        n_runs = len(self.campaign.runs)
+        return _complete_revolutions(self.residual, self.records.run_of_revolution, n_runs)
 
     def _splits(self, revolutions: IntArray) -> tuple[PatternSplit, PatternSplit]:
         """Patterns of the residual and of what was measured in some revolutions."""
@@ -256,16 +237,15 @@ class CarrierGap:
         """Runs of one condition: ``F = var(mean of a run) / mean(s² / R)``, with noise below."""
         groups: dict[str, list[int]] = {}
         for r, run in enumerate(self.campaign.runs):
-            if self._complete(r).size > 1:
+            if self._by_run[r].size > 1:
                 groups.setdefault(run.condition, []).append(r)
         return [self._repeats_of(runs) for runs in groups.values() if len(runs) > 1]
 
     def _repeats_of(self, runs: list[int]) -> ScatterTable:
         """Scatter of runs of one condition."""
-        revolutions = [self._complete(r) for r in runs]
+        revolutions = [self._by_run[r] for r in runs]
         means: dict[str, list[ComplexArray]] = {"gap": [], "measured": [], "simulated": []}
-        within = []
-        degrees_of_runs = []
+        within, degrees_of_runs = [], []
         for rows in revolutions:
             split, measured = self._splits(rows)
             means["gap"].append(split.amplitudes.mean(axis=0))
@@ -320,6 +300,24 @@ class CarrierGap:
             )
         return cells
 
+    def _lines(self, coherent: float) -> Iterator[Finding]:
+        """Motions off the orders that are worth naming, of a gap of so much coherent square."""
+        for motion in self.motion.motions:
+            share = sum(motion.mean_square.values()) / coherent if coherent > 0.0 else 0.0
+            if share >= SMALLEST_NAMED:
+                yield Finding(
+                    kind=LINE,
+                    patterns=motion.channels,
+                    share=share,
+                    runs=motion.runs,
+                    is_in_every_run=motion.is_in_every_run
+                    and len(motion.runs) == len(self.campaign.runs),
+                    band_hz=motion.band_hz,
+                    p_value=motion.p_value,
+                    line=motion.label,
+                    place=motion.place,
+                )
+
 
 def _single_cells(split: PatternSplit) -> BoolArray:
     """Cells that exist, the two halves of a static tilt once, shape (n_patterns, n_orders)."""
@@ -347,7 +345,7 @@ def _drifts(run: str, time: FloatArray, split: PatternSplit) -> DriftTable:
 
 def _peak_to_peak(orders: ComplexArray) -> FloatArray:
     """Mean over channels of largest less smallest value of each revolution, shape (R,)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, _POINTS, endpoint=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, 128, endpoint=False)
     waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), angle))
     # One channel at a time: the turns of 64 sensors in 500 runs are 0.7 GB.
     spans = [np.ptp((of_channel @ waves).real, axis=1) for of_channel in orders.swapaxes(0, 1)]
@@ -368,14 +366,21 @@ def _gap_cells(
     ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s:
     `noise_of_mean`, shape (n_runs,), is its variance in a mean over the channels [m²].
     """
-    complete = np.isfinite(residual_orders).all(axis=(1, 2))
-    revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
+    revolutions = _complete_revolutions(residual_orders, run_of_revolution, len(runs))
     tables = [
         _run_table(run, channels, residual_orders, rows, noise)
         for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
         if rows.size
     ]
     return gap_cells([*tables, *off_orders])
+
+
+def _complete_revolutions(
+    orders: ComplexArray, run_of_revolution: IntArray, n_runs: int
+) -> list[IntArray]:
+    """Revolutions of every run in which every channel was measured."""
+    complete = np.isfinite(orders).all(axis=(1, 2))
+    return [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(n_runs)]
 
 
 def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
@@ -399,18 +404,18 @@ def _run_table(
         return pattern_split(channels, orders[rows])
 
     split = patterns()
-    weights = split.weights
-    amplitudes = split.amplitudes
+    weights, amplitudes, tiny = split.weights, split.amplitudes, np.finfo(float).tiny
     n = len(amplitudes)
     mean = amplitudes.mean(axis=0)
     degrees = _degrees_of(amplitudes)
     if n > 1:
         scatter = amplitudes.var(axis=0, ddof=1)
-        ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+    else:
+        scatter = noise * split.noise / np.maximum(weights, tiny)
+    ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, tiny)
+    if n > 1:
         p_value = fisher_f.sf(ratio, degrees, degrees * (n - 1))
     else:
-        scatter = noise * split.noise / np.maximum(weights, np.finfo(float).tiny)
-        ratio = np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
         p_value = chi2.sf(degrees * ratio, degrees)
     mean_square = weights * np.abs(mean) ** 2
     noise_square = weights * scatter / n
@@ -438,33 +443,29 @@ def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
     if not motion.lines:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)
-    for number, run in enumerate(motion.speeds):
-        yield _off_order_table(motion, number, run, rng)
-
-
-def _off_order_table(
-    motion: OffOrders, number: int, run: str, rng: np.random.Generator
-) -> CellTable:
-    """Cells of one run, the first one's number being zero."""
     names = tuple(channel.name for channel in motion.campaign.channels)
-    speed = motion.speeds[run]
-    rows = [_line_rows(lines, number, rng) for lines in motion.lines]
-    mean_square, noise, draws = (np.stack(values, axis=-1) for values in zip(*rows, strict=True))
-    shown = np.array([one.channels for one in motion.motions], dtype=object)
-    used = np.array([[name in channels for channels in shown] for name in names])
-    p_value = np.array([one.p_value for one in motion.motions])
-    hertz = [[line.order(speed) * speed for line in lines] for lines in motion.lines]
-    return CellTable(
-        runs=(run,),
-        patterns=names,
-        orders=np.array([lines[0].order(speed) for lines in motion.lines]),
-        mean_square=mean_square[None],
-        coherent=(mean_square - noise)[None],
-        p_value=np.broadcast_to(p_value, mean_square.shape)[None],
-        draws=lambda: (draws - noise)[:, None],
-        bands_hz=np.array([(min(one), max(one)) for one in hertz]),
-        used=used,
-    )
+    used = np.array([[name in one.channels for one in motion.motions] for name in names])
+    for number, (run, speed) in enumerate(motion.speeds.items()):
+        rows = [_line_rows(lines, number, rng) for lines in motion.lines]
+        mean_square, noise, draws = (np.stack(of, axis=-1) for of in zip(*rows, strict=True))
+        orders = [[line.order(speed) for line in lines] for lines in motion.lines]
+        yield CellTable(
+            runs=(run,),
+            patterns=names,
+            orders=np.array([one[0] for one in orders]),
+            mean_square=mean_square[None],
+            coherent=(mean_square - noise)[None],
+            p_value=np.broadcast_to([one.p_value for one in motion.motions], mean_square.shape)[
+                None
+            ],
+            draws=partial(_coherent_draws, draws, noise),
+            bands_hz=np.sort([(speed * min(one), speed * max(one)) for one in orders], axis=1),
+            used=used,
+        )
+
+
+def _coherent_draws(draws: FloatArray, noise: FloatArray) -> FloatArray:
+    return np.asarray((draws - noise)[:, None])
 
 
 def _line_rows(
@@ -481,23 +482,3 @@ def _line_rows(
     # A draw holds the noise of the estimate and its own.
     draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - noise
     return mean_square, noise, draws
-
-
-def _line_findings(
-    motions: Sequence[OffOrderMotion], coherent: float, n_runs: int
-) -> Iterator[Finding]:
-    """Motions off the orders that are worth naming, of a gap of so much coherent square."""
-    for motion in motions:
-        share = sum(motion.mean_square.values()) / coherent if coherent > 0.0 else 0.0
-        if share >= SMALLEST_NAMED:
-            yield Finding(
-                kind=LINE,
-                patterns=motion.channels,
-                share=share,
-                runs=motion.runs,
-                is_in_every_run=motion.is_in_every_run and len(motion.runs) == n_runs,
-                band_hz=motion.band_hz,
-                p_value=motion.p_value,
-                line=motion.label,
-                place=motion.place,
-            )

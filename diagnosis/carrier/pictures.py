@@ -24,8 +24,6 @@ from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import OrderFit
 
-#: Residuals that are cached: map, findings, scalars and overlays are of two models.
-_CACHED = 2
 #: Angles of one turn [rad].
 _TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
@@ -37,8 +35,6 @@ _READING = (
 _NUMBER_WORDS = ("three", "four", "five", "six", "seven", "eight")
 #: Sensors and runs drawn at most.
 _MOST_PANELS = 6
-#: Share of the largest gap below which a sensor or a run is not drawn.
-_WORTH_DRAWING = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +49,18 @@ class ModelResiduals:
     values: Callable[[Effects, FloatArray], tuple[IntArray, FloatArray]]
 
     def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of what a model leaves, shape (R, C, n + 1); the last two are cached."""
+        """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
+
+        The last two are cached: map, findings, scalars and overlays are of two models.
+        """
         return self._cached(effects, tuple(theta.tolist()))
 
+    @cached_property
+    def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
+        return lru_cache(2)(lambda effects, theta: self._made(effects, np.array(theta)))
+
     def _made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """The same, not cached: of 500 runs 66 MB. NaN where a revolution is too sparse."""
+        """The same, not cached: of 500 runs 66 MB."""
         columns, values = self.values(effects, theta)
         weights = -values
         weights[..., 0] += 1.0
@@ -103,31 +106,23 @@ class ModelResiduals:
         residual = self.orders(effects, theta)
         # Nothing else asks for these.
         gap = self._made(effects, without) if effects else residual
-        angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
+        n_planets = self.model.source.rig.n_planets
         return _carrier_polar(
             self._turns(gap),
             self._turns(gap - residual),
             effects,
             runs=self.model.runs,
             channels=self.model.channels,
-            passing=[_pins_passing(angle, self.model.source.rig.n_planets) for angle in angles],
+            passing=[_pins_passing(one.angle or 0.0, n_planets) for one in self.campaign.channels],
             highest=gap.shape[-1] - 1,
         )
 
     def overlays(self, effects: Effects, theta: FloatArray) -> tuple[Overlay, ...]:
         """Measured and simulated mean turn of every sensor in every run with a revolution."""
         measured, gaps = self._measured_turns, self._turns(self.orders(effects, theta))
-        angles = np.rad2deg(_TURN_ANGLES)
+        axis = (np.rad2deg(_TURN_ANGLES), "carrier angle", "deg")
         return tuple(
-            Overlay(
-                run,
-                channel,
-                angles,
-                "carrier angle",
-                "deg",
-                measured[r, c],
-                measured[r, c] - gaps[r, c],
-            )
+            Overlay(run, channel, *axis, measured[r, c], measured[r, c] - gaps[r, c])
             for r, run in enumerate(self.model.runs)
             for c, channel in enumerate(self.model.channels)
             if np.isfinite(measured[r, c]).all()
@@ -140,10 +135,6 @@ class ModelResiduals:
 
     def _turns(self, orders: ComplexArray) -> FloatArray:
         return _mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
-
-    @cached_property
-    def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        return lru_cache(_CACHED)(lambda effects, theta: self._made(effects, np.array(theta)))
 
 
 def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
@@ -181,30 +172,26 @@ def _carrier_polar(
     if not np.isfinite(size).any():
         return ()
     complete = np.where(np.isfinite(size), size, -1.0)
-    run, channel = (int(k) for k in np.unravel_index(np.argmax(complete), complete.shape))
+    run, channel = map(int, np.unravel_index(np.argmax(complete), complete.shape))
     shown = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
-    worth = np.flatnonzero(complete[run] >= _WORTH_DRAWING * complete[run, channel]).tolist()
+    worth = np.flatnonzero(complete[run] >= 0.1 * complete[run, channel]).tolist()
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
     n_omitted = len(channels) - len(sensors[:_MOST_PANELS])
-    note = (
-        f" {n_omitted} sensor{'s' * (n_omitted > 1)} with a smaller gap "
-        f"{'is' if n_omitted == 1 else 'are'} not drawn."
-        if n_omitted
-        else ""
-    )
     planets = _NUMBER_WORDS[len(passing[channel]) - FEWEST_PLANETS]
     reading = _READING.format(highest=highest, planets=planets)
-    pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, reading + note)]
+    if n_omitted:
+        sensors_are = (
+            "sensor with a smaller gap is" if n_omitted == 1 else ("sensors with a smaller gap are")
+        )
+        reading += f" {n_omitted} {sensors_are} not drawn."
+    pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, reading)]
     if len(shown) > 1:
         by_run = [
             (f"run {runs[r]}", gap[r, channel], law[r, channel], passing[channel]) for r in shown
         ]
         title = f"Gap over one turn, sensor {channels[channel]}"
-        pictures.append(
-            _picture(
-                title, by_run, effects, "The same at the sensor with the largest gap, run by run."
-            )
-        )
+        caption = "The same at the sensor with the largest gap, run by run."
+        pictures.append(_picture(title, by_run, effects, caption))
     return tuple(pictures)
 
 
@@ -217,20 +204,9 @@ def _picture(
     panels = []
     for name, gap, law, passing in rows[:_MOST_PANELS]:
         # Copies: a view would keep the turns of all sensors in all runs.
-        traces = [Trace(GAP, _TURN_ANGLES, gap.copy())]
-        if effects:
-            traces += [
-                Trace(LAW, _TURN_ANGLES, law.copy()),
-                Trace(REMAINDER, _TURN_ANGLES, gap - law),
-            ]
-        panels.append(Panel(name, tuple(traces), passing))
-    return Picture(
-        title=title,
-        caption=caption,
-        x_name="carrier angle",
-        x_unit="deg",
-        y_name="displacement",
-        y_unit="m",
-        panels=tuple(panels),
-        is_polar=True,
-    )
+        curves = {GAP: gap.copy(), LAW: law.copy(), REMAINDER: gap - law}
+        roles = curves if effects else (GAP,)
+        traces = tuple(Trace(role, _TURN_ANGLES, curves[role]) for role in roles)
+        panels.append(Panel(name, traces, passing))
+    axes = ("carrier angle", "deg", "displacement", "m")
+    return Picture(title, caption, *axes, tuple(panels), is_polar=True)

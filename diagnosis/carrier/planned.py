@@ -42,24 +42,9 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.stage.stage_data import MountingData
 
-#: Steps of torque, over the nominal one.
-_TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
-#: Torques of the radial loads, and shares of the largest one.
-_LOADED_TORQUES = (0.25, 1.0)
-_LOADS = (("y", 1.0, 0.0), ("-y", -1.0, 0.0), ("z", 0.0, 1.0), ("-z", 0.0, -1.0))
-_SHARES = (0.5, 1.0)
-#: Lengths of an added run over the mean planned one, and of all runs made longer.
-_LENGTHS, _FACTORS = (1.0, 2.0, 4.0), (2.0, 4.0)
-#: Speeds beside the planned one.
-_SPEED_SHARE = 0.5
-#: Sensors are tried every so many degrees, not closer to another [deg].
-_EVERY, _CLOSEST = 30, 10.0
+_DIRECTIONS = {"y": (1.0, 0.0), "-y": (-1.0, 0.0), "z": (0.0, 1.0), "-z": (0.0, -1.0)}
 #: Effects that a radial load without a record has, and the columns of its record.
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
-#: Zero and calibration of strain gauges on the main shaft beside its main bearing [N m]; chosen.
-_BENDING_ERROR = 1e3
-#: Samples of a turn at least, in an added run.
-_SAMPLES_A_TURN = 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,35 +69,34 @@ class _Load:
 
 def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
     """Sensors at feasible places, further loads alone and in sets, and longer runs."""
-    seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
+    durations = [float(run.time[-1] - run.time[0]) for run in campaign.runs]
+    seconds = float(np.mean(durations))
     channels = tuple(channel.name for channel in campaign.channels)
     once = {run.name: 1.0 for run in campaign.runs}
     loads = _feasible_loads(campaign, limits)
     sensors = _feasible_sensors(campaign, limits)
-    runs = tuple(_steady_run(campaign, load, seconds) for load in loads)
+    runs = (*campaign.runs, *(_steady_run(campaign, load, seconds) for load in loads))
     pool = replace(
         campaign,
         channels=(*campaign.channels, *sensors),
-        runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
+        runs=tuple(_blank(run, sensors) for run in runs),
     )
-    minutes_of_plan = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
     additions = [
         Addition(SENSOR, _sensor_text(sensor), once, (*channels, sensor.name), costs.sensor)
         for sensor in sensors
     ]
     for names in _sets_of_loads(loads):
         texts = " and ".join(load.text for load in loads if load.name in names)
-        for length in _LENGTHS:
-            minutes = {name: length for name in names}
+        for length in (1.0, 2.0, 4.0):
+            longer = once | dict.fromkeys(names, length)
             duration = len(names) * length * seconds
             cost = costs.load_case * len(names) + costs.minute * duration / 60.0
             text = f"{texts}, {length * seconds:.0f} s{' each' if len(names) > 1 else ''}"
-            additions.append(Addition(LOADS, text, {**once, **minutes}, channels, cost))
-    for factor in _FACTORS:
-        longer = {name: factor for name in once}
+            additions.append(Addition(LOADS, text, longer, channels, cost))
+    for factor in (2.0, 4.0):
         text = f"every run {factor:g} times as long"
-        cost = costs.minute * (factor - 1.0) * minutes_of_plan
-        additions.append(Addition(MINUTES, text, longer, channels, cost))
+        cost = costs.minute * (factor - 1.0) * (sum(durations) / 60.0)
+        additions.append(Addition(MINUTES, text, dict.fromkeys(once, factor), channels, cost))
     return CarrierPool(pool, Addition(MINUTES, "as planned", once, channels, 0.0), tuple(additions))
 
 
@@ -124,17 +108,16 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     full = min(nominal, limits.torque)
     loads = [
         _Load(f"torque {s:g}", f"{s:.0%} torque without radial load", s * nominal, 0.0, 0.0, speed)
-        for s in _TORQUES
+        for s in (0.1, 0.25, 0.5, 0.75, 1.0)
         if s * nominal <= limits.torque
     ]
-    text = f"full torque at {_SPEED_SHARE:g} of the speed"
-    loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
-    for torque, (name, y, z), share in product(_LOADED_TORQUES, _LOADS, _SHARES):
+    loads.append(_Load("slow", "full torque at 0.5 of the speed", full, 0.0, 0.0, 0.5 * speed))
+    for torque, along, share in product((0.25, 1.0), _DIRECTIONS if has_radial else (), (0.5, 1.0)):
         force = share * limits.radial_load
-        text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
-        name = f"torque {torque:g} {name} {share:g}"
-        if has_radial:
-            loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
+        y, z = _DIRECTIONS[along]
+        text = f"{torque:.0%} torque with {force / 1e3:g} kN along {along}"
+        name = f"torque {torque:g} {along} {share:g}"
+        loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
     planned = np.array(
         [
@@ -175,23 +158,21 @@ def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
 
 def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
     """Axial and radial sensors at feasible places where none stands."""
-    angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, _EVERY)).tolist())
-    noise = np.sqrt(np.mean([(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]))
+    angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, 30)).tolist())
+    squares = [(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]
+    noise = float(np.sqrt(np.mean(squares))) or None
     sensors = []
     for quantity, letter in ((AXIAL, "s"), (RADIAL, "r")):
         taken = [float(c.angle or 0.0) for c in campaign.channels if c.quantity == quantity]
         for angle in angles:
             apart = [abs(np.angle(np.exp(1j * (angle - other)))) for other in taken]
-            if min(apart, default=np.pi) < np.deg2rad(_CLOSEST):
+            if min(apart, default=np.pi) < np.deg2rad(10.0):
                 continue
             name = f"{letter}{np.rad2deg(angle) % 360:03.0f} added"
             radius = campaign.channels[0].radius
             sensors.append(
-                Channel(
-                    name, quantity, "m", angle=angle, radius=radius,
-                    noise_std=float(noise) or None,
-                )
-            )  # fmt: skip
+                Channel(name, quantity, "m", angle=angle, radius=radius, noise_std=noise)
+            )
     return sensors
 
 
@@ -209,7 +190,7 @@ def _blank(run: Run, channels: Sequence[Channel]) -> Run:
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     """Run under one load; its signals are blank."""
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
-    rate = max(float(rate), _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi))
+    rate = max(float(rate), 36 * abs(load.speed) / (2.0 * np.pi))
     time = np.arange(round(seconds * rate) + 1) / rate
     columns = {
         "carrier_angle": load.speed * time,
@@ -247,7 +228,7 @@ def carrier_planned_table(
     noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
     noise[:n_channels] = problem.noise
     contained = contained_channels(model)
-    of_run = _rows_of_load(model) if has_no_recorded_load(problem.campaign) else 0
+    of_run = _rows_of_load(model) if _has_no_recorded_load(problem.campaign) else 0
     n_columns = rows.size + of_run * n_runs
     products = []
     for r, run in enumerate(pool.within_use().runs):
@@ -270,9 +251,12 @@ def carrier_planned_table(
     grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
-    sizes = _by_row(rows, scales, model)
-    size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], sizes])
-    size = np.concatenate([size, np.ones(n_columns - rows.size)])
+    of_effects = _signatures(rows)
+    sizes = np.ones(n_columns)
+    sizes[1 : rows.size] = [
+        *(unknown.scale for unknown in unknowns),
+        *_by_row(of_effects, scales, model),
+    ]
     precision = [
         (unknown.scale / unknown.prior_std) ** 2 if unknown.is_free else np.inf
         for unknown in unknowns
@@ -280,15 +264,15 @@ def carrier_planned_table(
     bound = np.full(n_columns, np.inf)
     of_curves = [k for k, unknown in enumerate(unknowns) if unknown.effect == CURVE_ERROR]
     bound[[1 + k for k in of_curves]] = [unknowns[k].upper / unknowns[k].scale for k in of_curves]
-    for signature in _signatures(rows):
+    for signature in of_effects:
         if body_of_effect(signature.effect):
             (change,) = model.effects[signature.effect].parameters
             bound[list(signature.columns)] = change.upper / change.scale
     return PlannedTable(
-        grams * np.outer(size, size),
+        grams * np.outer(sizes, sizes),
         base.size,
         np.array(precision),
-        _signatures(rows),
+        of_effects,
         parameters,
         runs,
         channels,
@@ -297,16 +281,16 @@ def carrier_planned_table(
         tuple(channel.name for channel in pool.channels),
         float(np.sqrt(np.mean(problem.noise))),
         n_columns - rows.size,
-        (limits.radial_load * MountingData.ntl_arm / _BENDING_ERROR) ** 2,
+        # Zero and calibration of strain gauges on the main shaft [N m]; chosen.
+        (limits.radial_load * MountingData.ntl_arm / 1e3) ** 2,
         bound,
     )
 
 
-def has_no_recorded_load(campaign: Campaign) -> bool:
+def _has_no_recorded_load(campaign: Campaign) -> bool:
     """Whether the rig may have a radial load and no run has one on record."""
-    if "ntl_y" not in campaign.contract.inputs:
-        return False
-    return not any(run.inputs[name].any() for run in campaign.runs for name in _NTL)
+    is_possible = "ntl_y" in campaign.contract.inputs
+    return is_possible and not any(run.inputs[name].any() for run in campaign.runs for name in _NTL)
 
 
 def _rows_of_load(model: CarrierModel) -> int:
@@ -333,27 +317,23 @@ def _unrecorded_rows(
 
 def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:
     """Model over all runs and channels; shapes lie within the loads that are possible."""
-    source = replace(
-        problem.model.source, speed=typical_speed(pool), largest_load=largest_load(pool)
-    )
+    of = problem.model
+    source = replace(of.source, speed=typical_speed(pool), largest_load=largest_load(pool))
     index = columns_of_campaign(pool.runs[0], pool.channels[0], source)
     names = tuple(run.name for run in pool.runs)
     channels = tuple(channel.name for channel in pool.channels)
-    return CarrierModel(
-        source, index, problem.model.contained, names, channels, problem.model.known
-    )
+    return CarrierModel(source, index, of.contained, names, channels, of.known)
 
 
 def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray:
     """Fitted baseline; parameters of an added run are those of the first run."""
     theta = problem.starts((), {})[1]
-    known: dict[tuple[str | None, ...], float] = {}
-    for p, value in zip(problem.parameters(()), theta.tolist(), strict=True):
-        known[p.effect, p.name, p.run] = value
-        known.setdefault((p.effect, p.name), value)
+    values = list(zip(problem.parameters(()), theta.tolist(), strict=True))
+    of_first_run = {(p.effect, p.name): value for p, value in reversed(values)}
+    of_runs = {(p.effect, p.name, p.run): value for p, value in values}
     return np.array(
         [
-            known.get((p.effect, p.name, p.run), known.get((p.effect, p.name), 0.0))
+            of_runs.get((p.effect, p.name, p.run), of_first_run.get((p.effect, p.name), 0.0))
             for p in model.parameters((), contained_channels(model))
         ]
     )
@@ -394,14 +374,14 @@ def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
     return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
 
 
-def _by_row(rows: EffectRows, scales: Mapping[str, list[float]], model: CarrierModel) -> FloatArray:
+def _by_row(
+    signatures: Sequence[Signature], scales: Mapping[str, list[float]], model: CarrierModel
+) -> Iterator[float]:
     """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
-    sizes: list[float] = []
-    for signature in _signatures(rows):
+    for signature in signatures:
         absent = model.effects[signature.effect].parameters[-1].absent_at
         change = 1.0 if absent is None else abs(signature.variant[0] - absent)
-        sizes += [scale / (change or 1.0) for scale in scales[signature.effect]]
-    return np.array(sizes)
+        yield from (scale / (change or 1.0) for scale in scales[signature.effect])
 
 
 def _signatures(rows: EffectRows) -> tuple[Signature, ...]:

@@ -95,8 +95,7 @@ def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCa
 
 
 def users_cards(
-    library: Mapping[str, EffectCard],
-    cards: Iterable[EffectCard],
+    library: Mapping[str, EffectCard], cards: Iterable[EffectCard]
 ) -> tuple[EffectCard, ...]:
     """Cards of a library that users registered: all but the kind's own."""
     brought = {card.id for card in cards}
@@ -128,17 +127,14 @@ def _installed(
 
 
 _FORCE_LAW = "a function (deflection, speed, parameters) -> force that numba can compile"
-#: Deflections [m] and speeds [m/s] at which a force law is tried.
-_TRIED_MOTIONS = ((0.0, 0.0), (1e-3, 1e-2), (-1e-3, -1e-2))
 #: Colours in which numba writes its messages.
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 def force_library(
-    kind: str,
-    brought: Sequence[EffectCard],
+    kind: str, brought: Sequence[EffectCard]
 ) -> tuple[dict[str, EffectCard], dict[str, Force]]:
-    """Cards of a kind whose effects are forces, and the compiled laws of those of users.
+    """Cards of a kind whose effects are forces, and compiled laws that its simulator lacks.
 
     Parameters
     ----------
@@ -146,12 +142,6 @@ def force_library(
         ``element`` or ``mounting``.
     brought : sequence of EffectCard
         Cards the kind brings.
-
-    Returns
-    -------
-    tuple of (dict of str to EffectCard, dict of str to callable)
-        All cards by id, own ones first; by id the laws of users and those of the kind that its
-        simulator's compiled laws lack.
 
     Raises
     ------
@@ -166,7 +156,11 @@ def force_library(
         if card.law is not None or card.id in users:
             check_is_function(card, _FORCE_LAW)
             _try_force(card)
-            laws[card.id] = _compiled(card)
+            try:
+                laws[card.id] = compiled_force(card.law)
+            except Exception as error:
+                problem = f"its law does not compile: {first_line(error)}"
+                raise refusal(card, problem, _FORCE_LAW) from error
     return cards, laws
 
 
@@ -189,25 +183,15 @@ def _try_force(card: EffectCard) -> None:
     scales = np.array([np.clip(p.scale, p.lower, p.upper) for p in card.parameters])
     is_shape = [parameter.shape for parameter in card.parameters]
     absent = np.where(is_shape, scales, 0.0)
-    for deflection, speed in _TRIED_MOTIONS:
+    for deflection, speed in ((0.0, 0.0), (1e-3, 1e-2), (-1e-3, -1e-2)):
         try:
             law(deflection, speed, scales)
             force = float(law(deflection, speed, absent))
         except Exception as error:
             raise refusal(card, f"its law fails: {first_line(error)}", _FORCE_LAW) from error
         if force != 0.0:
-            problem = (
-                f"its law gives a force of {force:g} with all parameters but the shapes at zero"
-            )
-            raise refusal(card, problem, "0")
-
-
-def _compiled(card: EffectCard) -> Force:
-    try:
-        return compiled_force(card.law)
-    except Exception as error:
-        problem = f"its law does not compile: {first_line(error)}"
-        raise refusal(card, problem, _FORCE_LAW) from error
+            absence = "with all parameters but the shapes at zero"
+            raise refusal(card, f"its law gives a force of {force:g} {absence}", "0")
 
 
 def first_line(error: Exception) -> str:

@@ -13,9 +13,7 @@ error off. Errors of different signals are independent: their squares add up. A 
 of C has ``r_e - r = sigma_c y_c``, the channel's signal in it and zero in the others, so that least
 squares decides what it does: C channels that tell a parameter alike move it by
 ``sigma / sqrt(C)``, one that alone tells it by all of sigma. A gain that one parameter or several
-make up for exactly moves them by their powers in the unit of the signal:
-:class:`~carrierflex.diagnosis.comparison.known_physics.DeclaredGains` is this with a single
-channel.
+make up for exactly moves them by their powers in the unit of the signal: :class:`DeclaredGains`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,13 +27,14 @@ from carrierflex.identification.campaign.declarations import Channel, InputSigna
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.measurement import Measurement
 
-#: Declared error of a channel that bounds each part of the measurement model.
-_ERROR_KEYS = {
-    Measurement.GAIN: "gain_std",
-    Measurement.ZERO: "zero_std",
-    Measurement.DELAY: "delay_std",
-    Measurement.ANGLE: "angle_std",
-    Measurement.RADIUS: "radius_std",
+#: Declared error of a channel that bounds each part of the measurement model, and the name of that
+#: source of error.
+_ERRORS = {
+    Measurement.GAIN: ("gain_std", "probes"),
+    Measurement.ZERO: ("zero_std", "probes"),
+    Measurement.DELAY: ("delay_std", "delay"),
+    Measurement.ANGLE: ("angle_std", "probe angles"),
+    Measurement.RADIUS: ("radius_std", "probe radius"),
 }
 
 
@@ -51,12 +50,7 @@ class KnownPhysics:
     def prior(self, parameter: Parameter, name: str) -> Parameter:
         """Parameter with what is known of it as its prior; held where that is exact.
 
-        Parameters
-        ----------
-        parameter : Parameter
-            Unknown of a fit.
-        name : str
-            Its name on the effect's card, without the channel.
+        `name` is that on the effect's card, without the channel.
         """
         known = self.fixed.get(f"{parameter.effect}.{name}")
         if parameter.pair:
@@ -70,21 +64,14 @@ class KnownPhysics:
     def sensor_prior(
         self, parameter: Parameter, measurement: Measurement | None, channel: int | None = None
     ) -> Parameter:
-        """Parameter of a sensor's error, no larger than what the channel declares.
+        """Parameter of a sensor's error, no larger than what its channel, or any, declares.
 
-        Parameters
-        ----------
-        parameter : Parameter
-            Unknown of a fit.
-        measurement : Measurement, optional
-            Part of the measurement model that its effect is.
-        channel : int, optional
-            Number of the channel; where it is not known, the largest declared error of all.
+        `measurement` is the part of the measurement model that its effect is.
         """
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(signal, _ERROR_KEYS[measurement]) for signal in those]
+        declared = [getattr(signal, _ERRORS[measurement][0]) for signal in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -110,8 +97,6 @@ def known_physics(campaign: Campaign) -> KnownPhysics:
     return KnownPhysics(campaign.baseline.fixed, campaign.channels, campaign.inputs)
 
 
-#: Words where no gain is declared.
-_TAKEN_AS_EXACT = "gain errors are not included"
 #: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
 #: other load acts, the records of the two are the same.
 LOADS_AS_READ = "load-cell errors are not included: they scale stiffness and values per load"
@@ -150,14 +135,13 @@ class DeclaredGains:
         known = [f"{name} {100.0 * std:.3g} %" for name, std in signals.items() if std]
         exact = [name for name, std in signals.items() if not std]
         if not known:
-            return _TAKEN_AS_EXACT
+            return "gain errors are not included"
         text = f"intervals hold the declared standard deviations of gains: {', '.join(known)}"
         return text + (f"; that of the {exact[0]} taken as exact" if exact else "")
 
 
 #: Nothing is declared.
 EXACT_GAINS = DeclaredGains()
-
 
 #: Errors of an input that intervals hold.
 _OF_INPUTS = (Measurement.GAIN, Measurement.ZERO)
@@ -190,31 +174,21 @@ class DeclaredError:
 class Misreading:
     """Declared errors and what each of them does to the gradient of a fit."""
 
-    errors: tuple[DeclaredError, ...]  # Declared errors
+    errors: tuple[DeclaredError, ...]
     #: ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the noise
     #: of a run, of the waves of a carrier's curves, shape (E, p)
     scores: FloatArray
-    #: What those are. curves: str What intervals hold of the size of a carrier's curves, in words.
-    further: str
-    curves: str = ""
+    further: str  # What those are
+    curves: str = ""  # What intervals hold of the size of a carrier's curves, in words
 
     @property
     def sources(self) -> list[str]:
         """Source of error of every row of the scores: ``load cell``, ``probes`` ..."""
         of_errors = [
-            "load cell" if error.is_of_input else _SOURCES[error.quantity] for error in self.errors
+            "load cell" if error.is_of_input else _ERRORS[error.quantity][1]
+            for error in self.errors
         ]
         return of_errors + [self.further] * (len(self.scores) - len(of_errors))
-
-
-#: Sources of error by what of a channel is off.
-_SOURCES = {
-    Measurement.GAIN: "probes",
-    Measurement.ZERO: "probes",
-    Measurement.DELAY: "delay",
-    Measurement.ANGLE: "probe angles",
-    Measurement.RADIUS: "probe radius",
-}
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
@@ -223,13 +197,14 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
         DeclaredError(signal.name, measurement, std)
         for signal in known.inputs
         for measurement in _OF_INPUTS
-        if (std := getattr(signal, _ERROR_KEYS[measurement]))
+        if (std := getattr(signal, _ERRORS[measurement][0]))
     ]
-    for measurement, key in _ERROR_KEYS.items():
+    for measurement, (key, _) in _ERRORS.items():
         declared = [
-            (k, channel.name, getattr(channel, key)) for k, channel in enumerate(known.channels)
+            (k, channel.name, std)
+            for k, channel in enumerate(known.channels)
+            if (std := getattr(channel, key))
         ]
-        declared = [one for one in declared if one[2]]
         if measurement is Measurement.DELAY:
             # All channels share one; whoever declares several knows it to the largest.
             largest = max((std for _, _, std in declared), default=0.0)
@@ -255,13 +230,11 @@ def errors_words(errors: Sequence[DeclaredError]) -> str:
         for measurement in _WORDS
         if any(error.quantity is measurement for error in errors)
     ]
-    text = (
-        f"intervals hold the declared standard deviations of {', '.join(clauses)}"
-        if clauses
-        else ""
-    )
-    has_load = any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors)
-    return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
+    listed = ", ".join(clauses)
+    texts = [f"intervals hold the declared standard deviations of {listed}"] if clauses else []
+    if not any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors):
+        texts.append(LOADS_AS_READ)
+    return "; ".join(texts)
 
 
 def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:

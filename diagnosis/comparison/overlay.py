@@ -53,58 +53,39 @@ class SignalComparison:
 
     def by_channel(self) -> dict[str, tuple[float, float]]:
         """RMS of the gap before and after over all runs, by channel; NaN after where none is."""
-        sizes: dict[str, tuple[float, float]] = {}
-        for name in dict.fromkeys(overlay.channel for overlay in self.before):
-            before, after = (
-                [overlay.rms**2 for overlay in overlays if overlay.channel == name]
-                for overlays in (self.before, self.after)
-            )
-            sizes[name] = (
-                float(np.sqrt(np.mean(before))),
-                float(np.sqrt(np.mean(after))) if after else float("nan"),
-            )
-        return sizes
+        squares: dict[str, tuple[list[float], list[float]]] = {}
+        for k, overlays in enumerate((self.before, self.after)):
+            for one in overlays:
+                squares.setdefault(one.channel, ([], []))[k].append(one.rms**2)
+        return {
+            name: (float(np.sqrt(np.mean(before))), float(np.sqrt(np.mean(after or [np.nan]))))
+            for name, (before, after) in squares.items()
+        }
 
 
 #: Roles of a curve: what the baseline leaves, what the fitted effects say, what they leave.
 GAP = "gap"
 LAW = "law"
 REMAINDER = "left"
-_ROLES = (GAP, LAW, REMAINDER)
 #: Neighbours along x of a law that is a function of it differ by less than this share of its
 #: standard deviation on average; those of a loop change branch half of the time. The limit leaves
 #: room for the end of the trusted band.
 _NEIGHBOURS = 0.3
-#: Share of a curve below which what bends it is rounding, and the blur of a filter.
-_STRAIGHT = 0.01
-#: Strips over the range of x for the line of a law.
-_STRIPS = 36
-#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
-_MOST_RUNS, _MOST_POINTS = 3, 2000
-#: Points at each end of the range, which an even choice would miss although they tell most about a
-#: law.
-_END_POINTS = 150
+#: Points of a cloud, enough for its shape and few enough for the file, and at each end of the
+#: range, which an even choice would miss although they tell most about a law.
+_MOST_POINTS, _END_POINTS = 2000, 150
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
     """One curve or cloud of points."""
 
-    role: str  # One of ROLES; sets colour and stroke
+    role: str  # GAP, LAW or REMAINDER; sets colour and stroke
     #: x, y: points, in the units of the picture; angles [rad] along x of a polar picture, shape
     #: (n,)
     x: FloatArray
     y: FloatArray
     shade: FloatArray | None = None  # A third quantity that colours the points, shape (n,)
-
-    def __post_init__(self) -> None:
-        if self.role not in _ROLES:
-            raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(_ROLES)}")
-        shapes = {self.x.shape, self.y.shape, (self.x if self.shade is None else self.shade).shape}
-        if len(shapes) != 1 or self.x.ndim != 1:
-            raise ValueError(
-                f"trace '{self.role}' has arrays of shapes {sorted(shapes)}; expected one length n"
-            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +124,8 @@ def is_function(x: FloatArray, y: FloatArray) -> bool:
     Without its straight part: a loop around a spring is a loop, however steep the spring.
     """
     bent = y - np.polyval(np.polyfit(x, y, 1), x)
-    if bent.std() <= _STRAIGHT * y.std():
+    # A bend below that is rounding, and the blur of a filter.
+    if bent.std() <= 0.01 * y.std():
         return True
     sorted_y = bent[np.argsort(x, kind="stable")]
     return bool(np.abs(np.diff(sorted_y)).mean() <= _NEIGHBOURS * bent.std())
@@ -151,9 +133,10 @@ def is_function(x: FloatArray, y: FloatArray) -> bool:
 
 def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Means of x and y over strips along x that hold points: a law's line without its scatter."""
-    strip = np.minimum((_STRIPS * (x - x.min()) / np.ptp(x)).astype(int), _STRIPS - 1)
-    counts = np.bincount(strip, minlength=_STRIPS)
-    x_sum, y_sum = (np.bincount(strip, values, minlength=_STRIPS) for values in (x, y))
+    n_strips = 36
+    strip = np.minimum((n_strips * (x - x.min()) / np.ptp(x)).astype(int), n_strips - 1)
+    counts = np.bincount(strip, minlength=n_strips)
+    x_sum, y_sum = (np.bincount(strip, values, minlength=n_strips) for values in (x, y))
     used = counts > 0
     return x_sum[used] / counts[used], y_sum[used] / counts[used]
 
@@ -163,7 +146,7 @@ def drawn_runs(sizes: Sequence[float], conditions: Sequence[str]) -> list[int]:
     largest: dict[str, int] = {}
     for number in sorted(range(len(sizes)), key=lambda k: -sizes[k]):
         largest.setdefault(conditions[number], number)
-    return list(largest.values())[:_MOST_RUNS]
+    return list(largest.values())[:3]
 
 
 def loop_panel(

@@ -14,8 +14,6 @@ from carrierflex.simulation.force_effect import ForceEffect
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
-#: Starts of a fit at most, those of the best solutions.
-_MOST_STARTS = 6
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -68,9 +66,7 @@ class Parameter(FitParameter):
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""
-    return np.array([parameter.lower for parameter in parameters]), np.array(
-        [parameter.upper for parameter in parameters]
-    )
+    return np.array([one.lower for one in parameters]), np.array([one.upper for one in parameters])
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +173,7 @@ class Signatures(Generic[Column]):
             values = zip(columns, solution[self.n_base :].tolist(), strict=True)
             fits.append((square, (solution[: self.n_base], list(values))))
         fits.sort(key=lambda fit: fit[0])
-        return [fit for _, fit in fits[:_MOST_STARTS]]
+        return [fit for _, fit in fits[:6]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,33 +34,23 @@ _MEASURED = "measured "
 class CauseRow(NamedTuple):
     """One cause, what remains, or a fault of the measurement."""
 
-    state: str
-    """One of NAMED, SEVERAL, UNEXPLAINED, FAULT."""
-    name: str
-    """Cause in words."""
-    share: float
-    """Share of the gap above the floor, 0 to 1; NaN where it has none."""
-    ci95: Interval
-    """Its interval."""
-    values: Sequence[tuple[str, str]]
-    """Values with their 95 % intervals and what they are, or the curve in words."""
-    acts: str
-    """Where it acts: runs with their loads, time."""
+    state: str  # NAMED, SEVERAL, UNEXPLAINED or FAULT
+    name: str  # in words
+    share: float = math.nan  # of the gap above the floor, 0 to 1; NaN where it has none
+    ci95: Interval = NO_INTERVAL
+    values: Sequence[tuple[str, str]] = ()  # with 95 % interval and what it is; or ("", a text)
+    acts: str = ""  # runs with their loads, time
 
     @property
     def share_text(self) -> str:
         """Share with its interval: ``46 % (35 to 57 %)``."""
         if math.isnan(self.share):
             return ""
-        low, high = (_digits(end) for end in self.ci95)
+        # Ends without a sign, one decimal below one per cent.
+        ends = [100.0 * min(max(end, 0.0), 1.0) for end in self.ci95]
+        low, high = (number(round(end, 0 if end >= 1.0 else 1)) for end in ends)
         text = share_words(self.share)
         return text if UNKNOWN in (low, high) or low == high else f"{text} ({low} to {high} %)"
-
-
-def _digits(share: float) -> str:
-    """Share in per cent without its sign, one decimal below one."""
-    value = 100.0 * min(max(share, 0.0), 1.0)
-    return number(round(value, 0 if value >= 1.0 else 1))
 
 
 def cause_rows(data: ReportData) -> list[CauseRow]:
@@ -79,20 +69,17 @@ def _adding_up(causes: Sequence[CauseRow], explained: float) -> list[CauseRow]:
     total = sum(cause.share for cause in causes)
     scale = explained / total if min(explained, total) > 0.0 else 1.0
     return [
-        cause._replace(
-            share=scale * cause.share, ci95=(scale * cause.ci95[0], scale * cause.ci95[1])
-        )
-        for cause in causes
+        one._replace(share=scale * one.share, ci95=(scale * one.ci95[0], scale * one.ci95[1]))
+        for one in causes
     ]
 
 
 def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
     for warning in diagnosis.warnings[:_MOST_LISTED]:
-        what = f" ({fault_words(warning.id)})" if warning.id else ""
+        name = f"{warning.about} ({fault_words(warning.id)})" if warning.id else warning.about
         share = min(warning.figure, 1.0) if warning.id.startswith("wiring/") else math.nan
-        yield CauseRow(
-            FAULT, f"{warning.about}{what}", share, NO_INTERVAL, [("", warning.text)], warning.line
-        )
+        values = [("", warning.text)]
+        yield CauseRow(FAULT, name, share, values=values, acts=warning.line)
 
 
 def _of_steps(data: ReportData) -> Iterator[CauseRow]:
@@ -130,17 +117,14 @@ def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | Non
 def _of_classes(diagnosis: Diagnosis) -> Iterator[CauseRow]:
     """Classes of the answer that no step is of."""
     answer, far = diagnosis.classes, diagnosis.reduction
-    steps = far.steps[1:] if far is not None else ()
-    stepped = [_finding_of(diagnosis, step) for step in steps]
-    for finding in answer.classes if answer is not None else ():
-        if finding in stepped or finding.law in diagnosis.attribution.effects:
-            continue
-        state = SEVERAL if answer is not None and answer.ties else NAMED
-        values = _shape_values(finding)
-        yield CauseRow(
-            state, plain_name(finding.id), finding.share, finding.share_ci95, values,
-            _range_words(finding),
-        )  # fmt: skip
+    if answer is None:
+        return
+    stepped = [_finding_of(diagnosis, step) for step in (far.steps[1:] if far is not None else ())]
+    for one in answer.classes:
+        if one not in stepped and one.law not in diagnosis.attribution.effects:
+            state, name = SEVERAL if answer.ties else NAMED, plain_name(one.id)
+            values, acts = _shape_values(one), _range_words(one)
+            yield CauseRow(state, name, one.share, one.share_ci95, values, acts)
 
 
 def _values(diagnosis: Diagnosis, effect: str) -> list[tuple[str, str]]:
@@ -218,14 +202,14 @@ def _level_words(data: ReportData, run: str, other: str) -> str:
 def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
     """What no cause explains, with the run in which it is largest."""
     if diagnosis.verdict == AT_NOISE_FLOOR:
-        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, NO_INTERVAL, [], "")
+        yield CauseRow(UNEXPLAINED, "the gap is noise")
         return
     is_answered = len(far.steps) > 1 or diagnosis.shrinks_by_class
-    errors = {
-        row.run: row.error_after if is_answered else row.error_before for row in far.validation
-    }
-    run = max(errors, key=lambda name: errors[name], default="")
-    acts = f"{sized(errors[run], diagnosis.unit)} that repeats, in {run}" if run else ""
+    errors = [
+        (row.error_after if is_answered else row.error_before, row.run) for row in far.validation
+    ]
+    error, run = max(errors, key=lambda one: one[0], default=(0.0, ""))
+    acts = f"{sized(error, diagnosis.unit)} that repeats, in {run}" if run else ""
     size = far.rms_after if is_answered else far.rms_before
     values = [(number(size / far.noise_floor), "times the noise")] if far.noise_floor > 0.0 else []
     if diagnosis.reason_id == FLOOR_UNKNOWN:

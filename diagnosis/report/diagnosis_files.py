@@ -34,7 +34,6 @@ FORMAT, VERSION = "carrierflex-diagnosis", 2
 #: Rows of a table in the file at most, and the smallest share worth a row where chance could make
 #: it.
 _MOST_ROWS = 200
-_SMALLEST_SHARE = 1e-3
 
 Verdict = Annotated[
     Literal[
@@ -174,16 +173,6 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
 def read_diagnosis(path: Path) -> dict[str, Any]:
     """Read diagnosis.json.
 
-    Parameters
-    ----------
-    path : Path
-        File written by :func:`write_diagnosis`.
-
-    Returns
-    -------
-    dict
-        Its content.
-
     Raises
     ------
     ValueError
@@ -230,14 +219,12 @@ def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
     gap_map = map_of(cells)
-    known = gap_map.chosen((gap_map.shares >= _SMALLEST_SHARE) | (gap_map.p_values < SIGNIFICANCE))
-    rows = []
-    for cell in known[:_MOST_ROWS]:
-        row = plain(cell)
-        if cell.frequency_hz is None:
-            del row["frequency_hz"]
-        rows.append(row)
-    return rows
+    known = gap_map.chosen((gap_map.shares >= 1e-3) | (gap_map.p_values < SIGNIFICANCE))
+    rows = [plain(cell) for cell in known[:_MOST_ROWS]]
+    return [
+        {name: of for name, of in row.items() if (name, of) != ("frequency_hz", None)}
+        for row in rows
+    ]
 
 
 def _gap(detail: GapDetail, unit: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from markupsafe import Markup
 
-from carrierflex.diagnosis.classes.results import MeasuredShape
+from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -50,42 +50,32 @@ _STYLE: dict[Any, Any] = {
     "axes.linewidth": 0.7,
     "axes.titlesize": 9.5,
 }
-_IDENTIFIER = re.compile(r'(\bid="|href="#|url\(#)')
 
 
 def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> Markup:
     """SVG element of a figure without fixed size; its identifiers start with `key`."""
     from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     file = io.StringIO()
     with rc_context(_STYLE):
         figure = draw()
-        _lay_out(figure)
-        figure.savefig(
-            file, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
-        )
+        engine = figure.get_layout_engine()
+        if engine is not None:
+            # Saving would draw the figure twice, once for the places of its axes alone.
+            FigureCanvasSVG(figure)
+            engine.execute(figure)
+            figure.set_layout_engine(None)
+        metadata = {"Date": None, "Creator": None}
+        figure.savefig(file, format="svg", transparent=True, metadata=metadata)
     text = file.getvalue()
     text = text[text.index("<svg") :].strip()
     text = re.sub(r"<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
-    text = _IDENTIFIER.sub(rf"\g<1>{key}-", text)
+    text = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{key}-", text)
     head, body = text.split(">", 1)
     head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
     labelled = f'{head} role="img" aria-labelledby="{key}-title">'
     return Markup(f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}')
-
-
-def _lay_out(figure: "Figure") -> None:
-    """Place the axes; saving would draw the figure twice, once for their places alone."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        FigureCanvasSVG(figure)
-        engine.execute(figure)
-        figure.set_layout_engine(None)
-
-
-_HEIGHT = 2.9
 
 
 def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
@@ -94,20 +84,18 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
 
     x_factor, x_unit = scaled_unit(float(abs(shape.x).max()), shape.units[0])
     y_factor, y_unit = scaled_unit(float(abs(shape.y).max()), shape.units[1])
-    figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panel = figure.subplots()
     x = x_factor * shape.x
-    low, high = y_factor * shape.band.T
     is_curve = bool((x[1:] >= x[:-1]).all())
-    if is_curve:
-        panel.fill_between(x, low, high, color=BLUE, alpha=0.25, linewidth=0.0, label="95 % band")
-    panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label=shape.name)
-    for other in shape.beside:
-        low, high = y_factor * other.band.T
-        other_x = x_factor * other.x
+    curves: tuple[MeasuredShape | BesideCurve, ...] = (shape, *shape.beside)
+    for one in curves:
+        colour, band = (BLUE, "95 % band") if one is shape else (ORANGE, None)
+        low, high = y_factor * one.band.T
+        at = x_factor * one.x
         if is_curve:
-            panel.fill_between(other_x, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
-        panel.plot(other_x, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
+            panel.fill_between(at, low, high, color=colour, alpha=0.25, linewidth=0.0, label=band)
+        panel.plot(at, y_factor * one.y, color=colour, linewidth=1.6, label=one.name)
     if shape.law.size:
         panel.plot(x, y_factor * shape.law, color=BLACK, linestyle="--", linewidth=1.2, label=law)
     panel.set_xlabel(f"{shape.labels[0]} [{x_unit}]")
@@ -118,8 +106,6 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
 
 #: Samples of a stretch of time at most, and mean crossings of the signal in it at least.
 _MOST_SAMPLES, _CROSSINGS = 400, 12
-#: Letters of a channel's name beside its axis.
-_MOST_LETTERS = 10
 
 
 def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
@@ -143,7 +129,7 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
         upper.plot(x, factor * overlay.simulated, dashes, color=colour, linewidth=1.3, label=name)
         rest = gap_factor * (overlay.measured - overlay.simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
-    upper.set_ylabel(f"{shortened(before.channel, _MOST_LETTERS)} [{shown}]")
+    upper.set_ylabel(f"{shortened(before.channel, 10)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
     lower.set_xlabel(f"{before.x_name} [{before.x_unit}]")
     if before.x_unit == "deg":
@@ -173,15 +159,10 @@ def stretch_of(overlay: Overlay) -> slice:
     if crossings > _CROSSINGS:
         length = int(np.clip(n * _CROSSINGS / crossings, 60, n))
     length = min(length, n)
-    energy = _windowed(np.nan_to_num(overlay.measured - overlay.simulated) ** 2, length)
-    first = int(np.argmax(energy))
+    square = np.nan_to_num(overlay.measured - overlay.simulated) ** 2
+    total = np.concatenate([[0.0], np.cumsum(square)])
+    first = int(np.argmax(total[length:] - total[:-length]))
     return slice(first, first + length)
-
-
-def _windowed(values: FloatArray, length: int) -> FloatArray:
-    """Sums over all windows of a length."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    return total[length:] - total[:-length]
 
 
 #: Colour and stroke of every role.
@@ -191,14 +172,6 @@ _ROLE_STROKES = {
     REMAINDER: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
 }
 _SHADE_MAP = "cividis"
-#: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
-#: swell the file.
-_CLOUD_DPI = 220
-#: Left and lower end, width and height of a polar plot in its figure: every one has the same
-#: labels, whose room need not be looked for.
-_POLAR_AXES = (0.13, 0.07, 0.74, 0.74)
-#: Marks stand within the edge, over the reach.
-_MARKS_AT = 1.2
 _MARK = {
     "ha": "center",
     "va": "center",
@@ -206,8 +179,6 @@ _MARK = {
     "color": GREY,
     "bbox": {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": GREY, "lw": 0.7},
 }
-#: The remaining gap is drawn at most this large beside the gap.
-_REMAINDER = 0.4
 
 
 def panel_figure(picture: Picture, panel: Panel) -> "Figure":
@@ -223,7 +194,7 @@ def remainder_factor(picture: Picture) -> float:
     )
     if remainder <= 0.0 or gap <= 0.0:
         return 1.0
-    return float(np.clip(_round_step(_REMAINDER * gap / remainder), 1.0, 1000.0))
+    return float(np.clip(_round_step(0.4 * gap / remainder), 1.0, 1000.0))
 
 
 def _largest(values: list[FloatArray]) -> float:
@@ -239,39 +210,28 @@ def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
     shades = [trace.shade for trace in traces if trace.shade is not None]
     s_factor, s_unit = scaled_unit(_largest(shades), picture.shade_unit)
     limit = s_factor * _largest(shades)
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=_CLOUD_DPI)
+    colours: dict[str, Any] = {"cmap": _SHADE_MAP, "vmin": -limit, "vmax": limit}
+    # Clouds are pixels inside the drawing: thousands of separate marks would swell the file.
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=220)
     axes = figure.subplots()
     for trace in panel.traces:
         x, y = x_factor * trace.x, y_factor * trace.y
         if trace.shade is None:
-            _draw_law(axes, x, y)
+            # A line through a law that is a function of x, points for a loop.
+            if is_function(x, y):
+                order = np.argsort(x, kind="stable")
+                axes.plot(x[order], y[order], color=ORANGE, linewidth=1.8, zorder=3)
+            else:
+                axes.plot(x, y, ".", color=ORANGE, markersize=1.8, rasterized=True, zorder=3)
             continue
-        cloud = axes.scatter(
-            x,
-            y,
-            c=s_factor * trace.shade,
-            s=7.0,
-            cmap=_SHADE_MAP,
-            vmin=-limit,
-            vmax=limit,
-            linewidths=0.0,
-            rasterized=True,
-        )
+        shade = s_factor * trace.shade
+        cloud = axes.scatter(x, y, 7.0, shade, linewidths=0.0, rasterized=True, **colours)
         figure.colorbar(cloud, ax=axes, label=f"{picture.shade_name} [{s_unit}]", aspect=30)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     axes.set_xlabel(f"{picture.x_name} [{x_unit}]")
     axes.set_ylabel(f"{picture.y_name} [{y_unit}]")
     axes.grid(alpha=0.25)
     return figure
-
-
-def _draw_law(axes: "Axes", x: FloatArray, y: FloatArray) -> None:
-    """Line through a law that is a function of x, points for a loop."""
-    order = np.argsort(x, kind="stable")
-    if is_function(x, y):
-        axes.plot(x[order], y[order], color=ORANGE, linewidth=1.8, zorder=3)
-    else:
-        axes.plot(x, y, ".", color=ORANGE, markersize=1.8, rasterized=True, zorder=3)
 
 
 def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
@@ -282,24 +242,15 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     reach = factor * every or 1.0
     magnified = remainder_factor(picture)
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
-    axes = figure.add_axes(_POLAR_AXES, projection="polar")
+    # Every polar plot has the same labels, whose room need not be looked for.
+    axes = figure.add_axes((0.13, 0.07, 0.74, 0.74), projection="polar")
     for trace in panel.traces:
         stroke = _ROLE_STROKES[trace.role]
         drawn = (magnified if trace.role == REMAINDER else 1.0) * factor * trace.y
         axes.plot(trace.x, drawn, **stroke, label=trace.role)  # type: ignore[arg-type]
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
-    _polar_axes(axes, reach)
-    for text, angle in panel.marks.items():
-        axes.text(angle, _MARKS_AT * reach, text, **_MARK)  # type: ignore[arg-type]
-    axes.set_title(
-        f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
-    )
-    return figure
-
-
-def _polar_axes(axes: "Axes", reach: float) -> None:
-    """Zero circle off the centre, so that negative values have room inside it."""
+    # Zero circle off the centre, so that negative values have room inside it.
     axes.set_ylim(-1.6 * reach, 1.35 * reach)
     step = _round_step(reach)
     axes.set_yticks([-step, 0.0, step], [f"−{step:g}", "0", f"+{step:g}"])
@@ -310,18 +261,19 @@ def _polar_axes(axes: "Axes", reach: float) -> None:
     axes.grid(alpha=0.35)
     # The labels on top of the curves, not under them.
     axes.set_axisbelow(False)
+    for text, angle in panel.marks.items():
+        axes.text(angle, 1.2 * reach, text, **_MARK)  # type: ignore[arg-type]
+    axes.set_title(
+        f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
+    )
+    return figure
 
 
 def _round_step(reach: float) -> float:
     """Largest of 1, 2, 5 times a power of ten that is not beyond a reach."""
     power = 10.0 ** np.floor(np.log10(reach))
-    return float(
-        max(step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)) * power
-    )
-
-
-#: Lines of a periodic drive beyond this number are joined to bands, about this many.
-_MOST_COLUMNS = 30
+    steps = [step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)]
+    return float(max(steps) * power)
 
 
 @dataclass(frozen=True, eq=False)
@@ -435,21 +387,12 @@ def _frequency_edges(cells: GapMap) -> FloatArray:
     middles = _middles(cells)
     lines = np.unique(middles[middles > 0.0])
     first_lines = np.arange(lines.size)
-    if lines.size > _MOST_COLUMNS:
-        spaced = np.geomspace(1.0, lines.size, _MOST_COLUMNS)
+    if lines.size > 30:  # joined to about as many bands
+        spaced = np.geomspace(1.0, lines.size, 30)
         first_lines = np.unique(spaced.round().astype(int)) - 1
     starts = lines[first_lines]
     step = starts[0] if lines.size == 1 else lines[1] - lines[0]
     return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)
-
-
-#: Cells within chance.
-_CHANCE = "#e6e9ed"
-#: Dynamic range of the colours of a gap map: at least one decade, at most three.
-_FEWEST = 10.0
-_MOST = 1e3
-#: Cells of a gap map above this share of the largest carry their number.
-_NUMBERED = 0.1
 
 
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
@@ -458,7 +401,8 @@ def colour_limits(*grids: GapGrid) -> tuple[float, float]:
     if not sizes.size:
         sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
     high = float(sizes.max()) or 1.0
-    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
+    # At least one decade of colours, at most three.
+    return float(np.clip(sizes.min(), high / 1e3, high / 10.0)), high
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
@@ -474,12 +418,10 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     shown = np.where(is_shown, factor * grid.rms, np.nan)
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
-    chance = ListedColormap([_CHANCE])
-    panel.pcolormesh(grid.edges, lines, known, cmap=chance, edgecolors="white", linewidth=0.3)
+    edges: dict[str, Any] = {"edgecolors": "white", "linewidth": 0.3}
+    panel.pcolormesh(grid.edges, lines, known, cmap=ListedColormap(["#e6e9ed"]), **edges)
     masked, norm = np.ma.masked_invalid(shown), LogNorm(vmin=low, vmax=high)
-    image = panel.pcolormesh(
-        grid.edges, lines, masked, norm=norm, cmap=_SHADE_MAP, edgecolors="white", linewidth=0.3
-    )
+    image = panel.pcolormesh(grid.edges, lines, masked, norm=norm, cmap=_SHADE_MAP, **edges)
     panel.set_yticks(range(len(grid.rows)), grid.rows)
     panel.set_ylabel(grid.row_name)
     panel.invert_yaxis()
@@ -515,7 +457,7 @@ def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) 
     # Three digits in a narrow column.
     size = 7.0 if middles.size <= 12 else 5.2
     for (row, column), value in np.ndenumerate(shown):
-        if np.isfinite(value) and value >= _NUMBERED * high:
+        if np.isfinite(value) and value >= 0.1 * high:
             text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
             at = float(middles[column])
             panel.text(at, row, text, ha="center", va="center", fontsize=size, color=BLACK)

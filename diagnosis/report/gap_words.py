@@ -31,27 +31,15 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.quantities import sized
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
-#: Below this exponent either way a part does not depend on a condition.
-_FLAT = 0.25
-#: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
-#: that took the mean of a cause over the runs has others.
-_LARGEST_EXPONENT = 4.0
-#: The exponent of a band is said where its interval is narrower than this on either side.
-_BAND_WITHIN = 1.5
-#: A trend below this share of a cell's mean square is not said, and no more than so many are.
-_SMALLEST_DRIFT = 0.02
-_MOST_DRIFTS = 2
 #: What does not repeat is said where it is this share of what does.
 _SMALLEST_SCATTER = 0.01
 _SMALLEST_P = 1e-6
-_NOT_DIAGNOSED = "not diagnosed"
 
 _NOTHING = {
     ORDERS: "no order or pattern of the gap is significant",
     LINES: "no frequency of the gap is significant",
     MOTION_BANDS: "no motion of the housing is significant",
 }
-_NOUNS = {ORDERS: "order", LINES: "line", MOTION_BANDS: "line"}
 _MEANINGS = {
     (0, "m=0"): "axial offset",
     (0, "m=+1"): "tilt fixed to the housing",
@@ -83,7 +71,7 @@ _NO_PARITIES = {
 def where_text(diagnosis: Diagnosis) -> str:
     """Where the gap lies, as plain text: the key ``where_text`` of diagnosis.json."""
     if diagnosis.gap is None:
-        return _NOT_DIAGNOSED
+        return "not diagnosed"
     findings = diagnosis.gap.findings
     return _joined(place_words(findings), further_words(findings, diagnosis.unit))
 
@@ -111,22 +99,16 @@ def place_words(findings: GapFindings) -> str:
 
 def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> str:
     """Small orders of a share from `smallest_order` on, scatter and drift."""
-    small = [
-        finding
-        for finding in findings.where
-        if finding.kind == SMALL_ORDER and finding.share >= smallest_order
-    ]
+    small = [one for one in findings.where if one.kind == SMALL_ORDER]
+    small = [one for one in small if one.share >= smallest_order]
     return _joined(_small_order_words(small), scatter_words(findings, unit))
 
 
 def scatter_words(findings: GapFindings, unit: str) -> str:
     """What does not repeat, and what drifts: the key ``gap.text`` of diagnosis.json."""
-    noun = _NOUNS[findings.numbered_by]
-    clauses = [
-        _repeatability_words(repeatability, noun, unit) for repeatability in findings.repeatability
-    ]
-    clauses.append(_drift_words(findings, noun, unit))
-    return _joined(*clauses)
+    noun = "order" if findings.numbered_by == ORDERS else "line"
+    clauses = [_repeatability_words(one, noun, unit) for one in findings.repeatability]
+    return _joined(*clauses, _drift_words(findings, noun, unit))
 
 
 def parity_words(parity: str) -> str:
@@ -161,9 +143,10 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
     text = ""
     for condition, exponent in exponents.items():
-        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
+        # What is left beside a baseline that took the mean of a cause over the runs has others.
+        if not exponent.is_within(KNOWN_WITHIN) or abs(exponent.value) > 4.0:
             continue
-        if abs(exponent.value) < _FLAT:
+        if abs(exponent.value) < 0.25:
             text += f", whatever the {condition}"
         else:
             text += f", growing as {condition}^{exponent.value:.1f}"
@@ -204,7 +187,7 @@ def _band_words(finding: Finding, of_the_gap: str) -> str:
         f"{_share(finding)} {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
     )
     for condition, exponent in finding.exponents.items():
-        if exponent.is_within(_BAND_WITHIN):
+        if exponent.is_within(1.5):
             low_end, high_end = exponent.ci95
             text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
@@ -242,17 +225,13 @@ def _small_order_words(findings: Sequence[Finding]) -> str:
         return ""
     orders = []
     for finding in findings:
-        patterns = " and ".join(finding.patterns)
+        p = finding.p_value
+        bound = f"p < {_SMALLEST_P:.0e}" if p <= _SMALLEST_P else f"p <= {p:.0e}"
         orders.append(
-            f"order {finding.order}, {patterns} ({100.0 * finding.share:.2g} %, "
-            f"{_bound_words(finding.p_value)} {_run_words(finding)})"
+            f"order {finding.order}, {' and '.join(finding.patterns)} "
+            f"({100.0 * finding.share:.2g} %, {bound} {_run_words(finding)})"
         )
     return f"small yet beyond chance: {', '.join(orders)}"
-
-
-def _bound_words(p_value: float) -> str:
-    is_smallest = p_value <= _SMALLEST_P
-    return f"p < {_SMALLEST_P:.0e}" if is_smallest else f"p <= {p_value:.0e}"
 
 
 def _run_words(finding: Finding) -> str:
@@ -279,14 +258,14 @@ def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> 
 
 def _drift_words(findings: GapFindings, noun: str, unit: str) -> str:
     """``the gap drifts in time: in LC2 order 0, m=0 changes by 12 µm``; empty without a drift."""
-    drifts = [row for row in findings.drifts if row.share >= _SMALLEST_DRIFT]
+    drifts = [row for row in findings.drifts if row.share >= 0.02]
     if not drifts:
         return ""
     cells = [
         f"in {row.run} {noun} {row.order:g}, {row.channel_pattern} changes by "
         f"{sized(row.change, unit)}"
-        for row in drifts[:_MOST_DRIFTS]
+        for row in drifts[:2]
     ]
-    n_more = len(drifts) - _MOST_DRIFTS
-    more = f" (and {counted(n_more, 'cell')} more)" if n_more > 0 else ""
+    n_more = len(drifts) - len(cells)
+    more = f" (and {counted(n_more, 'cell')} more)" if n_more else ""
     return f"the gap drifts in time: {', '.join(cells)}{more}"

@@ -45,7 +45,30 @@ _MOST_SETS = 10
 
 def report_page(data: ReportData) -> str:
     """HTML text of the report."""
-    return rendered_page("report.html.j2", _content(data))
+    diagnosis = data.diagnosis
+    which = diagnosis.attribution
+    steps = diagnosis.reduction.steps[1:] if diagnosis.reduction is not None else ()
+    next_steps = verdict_words.next_steps(diagnosis, has_measured_law=data.has_measured_law)
+    content = {
+        "diagnosis": diagnosis,
+        "which": which,
+        "reduction": diagnosis.reduction,
+        "source": data.source,
+        "campaign": data.campaign,
+        "gap_words": gap_words,
+        "headlines": verdict_words.headlines(diagnosis),
+        "steps": [*next_steps, verdict_words.worth(diagnosis)],
+        "causes": cause_rows(data),
+        "acting": [step for step in steps if step.by_run],
+        "acting_runs": data.campaign.runs[: words.MOST_ROWS],
+        "names": effect_names,
+        "software": data.software,
+        "drawn": _drawings(data),
+        "sets": which.ranking[:_MOST_SETS],
+        "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
+        "rivals": _rivals(diagnosis.classes),
+    }
+    return rendered_page("report.html.j2", content)
 
 
 def rendered_page(template: str, content: Mapping[str, Any]) -> str:
@@ -59,35 +82,6 @@ def rendered_page(template: str, content: Mapping[str, Any]) -> str:
     )
     environment.filters |= {"plain_name": plain_name, "raised": words.raised}
     return environment.get_template(template).render(**content, words=words, quantities=quantities)
-
-
-def _content(data: ReportData) -> dict[str, Any]:
-    diagnosis = data.diagnosis
-    which = diagnosis.attribution
-    steps = diagnosis.reduction.steps[1:] if diagnosis.reduction is not None else ()
-    return {
-        "data": data,
-        "diagnosis": diagnosis,
-        "which": which,
-        "reduction": diagnosis.reduction,
-        "source": data.source,
-        "campaign": data.campaign,
-        "gap_words": gap_words,
-        "headlines": verdict_words.headlines(diagnosis),
-        "steps": [
-            *verdict_words.next_steps(diagnosis, has_measured_law=data.has_measured_law),
-            verdict_words.worth(diagnosis),
-        ],
-        "causes": cause_rows(data),
-        "acting": [step for step in steps if step.by_run],
-        "acting_runs": data.campaign.runs[: words.MOST_ROWS],
-        "names": effect_names,
-        "software": data.software,
-        "drawn": _drawings(data),
-        "sets": which.ranking[:_MOST_SETS],
-        "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
-        "rivals": _rivals(diagnosis.classes),
-    }
 
 
 def _rivals(answer: ClassAnswer | None) -> list[tuple[str, str]]:
@@ -121,10 +115,16 @@ def _drawings(data: ReportData) -> dict[str, Any]:
     signals = _signals(diagnosis)
     answer = signals
     if diagnosis.kind != "carrier":
-        # Force over deflection: the curve of the class, or the gap along the motion.
-        answer = _first(shapes) or _first(motion[0]["figures"] if motion else []) or signals
+        # Force over deflection: the curve of the class, or the gap along the motion. It is taken
+        # out of its list: it stands on the page once.
+        drawn = shapes or (motion[0]["figures"] if motion else [])
+        answer = drawn.pop(0) if drawn else signals
         if answer is not None and not answer.caption.endswith("."):
-            answer = replace(answer, caption=_loop_caption(diagnosis, answer.caption))
+            # A panel that stands without its picture's caption.
+            picture = diagnosis.pictures[0]
+            law = "; orange: what the causes explain" if added_effects(diagnosis.reduction) else ""
+            over = f"{words.capitalised(picture.y_name)} over {picture.x_name}"
+            answer = replace(answer, caption=f"{over}, {answer.caption}{law}.")
     return {
         "gap_maps": _gap_maps(data),
         "motion": motion,
@@ -134,18 +134,6 @@ def _drawings(data: ReportData) -> dict[str, Any]:
         "answer": answer,
         "signals": signals if signals is not answer else None,
     }
-
-
-def _loop_caption(diagnosis: Diagnosis, run: str) -> str:
-    """Caption of a panel that stands without its picture's."""
-    picture = diagnosis.pictures[0]
-    law = "; orange: what the causes explain" if added_effects(diagnosis.reduction) else ""
-    return f"{words.capitalised(picture.y_name)} over {picture.x_name}, {run}{law}."
-
-
-def _first(drawn: list[_Drawing]) -> _Drawing | None:
-    """First drawing, taken out of its list: it stands on the page once."""
-    return drawn.pop(0) if drawn else None
 
 
 def _machine(data: ReportData) -> _Drawing | None:
@@ -194,8 +182,7 @@ def _signals(diagnosis: Diagnosis) -> _Drawing | None:
     if compared is None:
         return None
     before = compared.before[0]
-    after = compared.after[0] if compared.after else None
-    draw = partial(signal_figure, before, after, diagnosis.unit)
+    draw = partial(signal_figure, before, next(iter(compared.after), None), diagnosis.unit)
     what = "mean turn" if before.x_unit == "deg" else "stretch of time"
     text = f"{before.channel} in run {before.run}, the {what} with the largest gap."
     return _Drawing(inline_svg(draw, "signals", f"Measured and simulated, {text}"), text)
@@ -220,12 +207,8 @@ def _gap_maps(data: ReportData) -> tuple[_Drawing, ...]:
     maps = [("Before", "the baseline")]
     if added_effects(reduction):
         is_named = bool(data.diagnosis.attribution.effects)
-        after = (
-            "the named effects added"
-            if is_named
-            else f"{set_name(added_effects(reduction))} added, which is not named"
-        )
-        maps.append(("After", after))
+        unnamed = f"{set_name(added_effects(reduction))} added, which is not named"
+        maps.append(("After", "the named effects added" if is_named else unnamed))
     limits = colour_limits(*data.grids[: len(maps)])
     shown = []
     for grid, (name, model) in zip(data.grids, maps, strict=False):
@@ -246,9 +229,5 @@ def _panel(picture: Picture, number: int, picture_number: int) -> _Drawing:
         for trace in panel.traces
     ]
     title = f"{picture.title}, {panel.title}; RMS: {', '.join(sizes)}"
-    return _Drawing(
-        inline_svg(
-            partial(panel_figure, picture, panel), f"motion-{picture_number}-{number}", title
-        ),
-        panel.title,
-    )
+    draw = partial(panel_figure, picture, panel)
+    return _Drawing(inline_svg(draw, f"motion-{picture_number}-{number}", title), panel.title)

@@ -16,9 +16,6 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.run_levels import run_levels
 
-#: Digits of curves.
-_DIGITS = 5
-
 
 @dataclass(frozen=True, eq=False)
 class RunOutline:
@@ -76,13 +73,13 @@ def report_data(diagnosis: Diagnosis, campaign: Campaign, source: ReportSource) 
     """What a report page shows of a diagnosis."""
     far, classes, signals = diagnosis.reduction, diagnosis.classes, diagnosis.signals
     law = diagnosis.reduction_law
-    laws = [one.measured_law for one in classes.classes] if classes is not None else []
-    findings = classes and tuple(replace(one, measured_law=None) for one in classes.classes)
+    findings = classes.classes if classes is not None else ()
+    without_laws = tuple(replace(one, measured_law=None) for one in findings)
     shown = replace(
         diagnosis,
         reduction=far and _without_maps(far),
         reduction_law=_without_maps(law) if law is not None and law is not far else None,
-        classes=classes and replace(classes, classes=findings or ()),
+        classes=classes and replace(classes, classes=without_laws),
         baseline=None,
         signals=signals and _largest_run(signals),
         pictures=tuple(_drawn(picture) for picture in diagnosis.pictures),
@@ -92,7 +89,7 @@ def report_data(diagnosis: Diagnosis, campaign: Campaign, source: ReportSource) 
         campaign=_outline(campaign),
         source=source,
         software=software_name(),
-        has_measured_law=any(law is not None for law in laws),
+        has_measured_law=any(one.measured_law is not None for one in findings),
         sizes=signals.by_channel() if signals else {},
         grids=gap_grids(far.cells_before, far.cells_after) if far else (),
     )
@@ -111,16 +108,17 @@ def _largest_run(signals: SignalComparison) -> SignalComparison:
         """Overlays of the run."""
         chosen = [one for one in overlays if one.run == largest.run]
         chosen.sort(key=lambda one: one.channel != largest.channel)
-        return tuple(_cut(one, stretch) for one in chosen)
+        return tuple(
+            replace(
+                one,
+                x=_rounded(one.x[stretch]),
+                measured=_rounded(one.measured[stretch]),
+                simulated=_rounded(one.simulated[stretch]),
+            )
+            for one in chosen
+        )
 
     return SignalComparison(of_run(signals.before), of_run(signals.after))
-
-
-def _cut(overlay: Overlay, stretch: slice) -> Overlay:
-    x, measured, simulated = (
-        _rounded(values[stretch]) for values in (overlay.x, overlay.measured, overlay.simulated)
-    )
-    return replace(overlay, x=x, measured=measured, simulated=simulated)
 
 
 def _drawn(picture: Picture) -> Picture:
@@ -135,7 +133,7 @@ def _drawn(picture: Picture) -> Picture:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    return np.array([float(f"{value:.{_DIGITS}g}") for value in values])
+    return np.array([float(f"{value:.{5}g}") for value in values])
 
 
 def _outline(campaign: Campaign) -> CampaignOutline:

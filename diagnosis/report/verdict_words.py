@@ -64,7 +64,7 @@ def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
 
 def is_near_law(finding: ClassFinding) -> bool:
     """Whether a law that is not named explains nearly all that its class does."""
-    return bool(finding.law) and finding.law_share > _NEAR * finding.share
+    return bool(finding.law) and finding.law_share > 0.9 * finding.share
 
 
 def _near_law(answer: ClassAnswer) -> str:
@@ -92,8 +92,6 @@ _HEADINGS = {
     AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
 }
-_MIXED = "These records show that an effect is missing, not which one"
-_NOISE_UNKNOWN = "Whether an effect is missing is not known: the size of the noise is not"
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
@@ -149,9 +147,9 @@ def _explained(diagnosis: Diagnosis) -> str:
     """First line without the faults of the measurement."""
     verdict, answer = diagnosis.verdict, diagnosis.classes
     if verdict == NONE_OF_THESE and answer is not None and answer.experiment:
-        return _MIXED
+        return "These records show that an effect is missing, not which one"
     if diagnosis.reason_id == FLOOR_UNKNOWN:
-        return _NOISE_UNKNOWN
+        return "Whether an effect is missing is not known: the size of the noise is not"
     if verdict in _HEADINGS:
         return _HEADINGS[verdict]
     if verdict == CLASS_NAMED:
@@ -182,7 +180,7 @@ def _undecided(diagnosis: Diagnosis) -> str:
         texts = [f"one of {'; '.join(group)}" for group in groups]
         return f"Cannot be distinguished in these records: {', and beside it '.join(texts)}"
     remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
-    if far is not None and remains and far.rho > WORTH_A_LOOK and far.floor_multiple > _ABOVE_NOISE:
+    if far is not None and remains and far.rho > WORTH_A_LOOK and far.floor_multiple > 1.1:
         above_noise = math.sqrt(max(1.0 - far.phi, 0.0))
         return f"Part of the gap ({percent(above_noise)} of its RMS above the noise) is unexplained"
     return "No other effect of the library explains the records as well"
@@ -230,7 +228,7 @@ def _is_fault(name: str) -> bool:
     return name.startswith("wiring/") or name == Fault.RUN_VARIATION
 
 
-def experiment_text(diagnosis: Diagnosis) -> str:
+def _experiment_text(diagnosis: Diagnosis) -> str:
     """Discriminating experiment as a sentence; empty where none is asked for."""
     text = diagnosis.attribution.discriminating_experiment
     return f"{capitalised(text).rstrip('.')}." if text else ""
@@ -238,9 +236,6 @@ def experiment_text(diagnosis: Diagnosis) -> str:
 
 #: Share of the gap above the floor that is worth a second look, and RMS over the floor.
 WORTH_A_LOOK = 0.05
-_ABOVE_NOISE = 1.1
-#: Share of what a class explains from which a law that is not named is near.
-_NEAR = 0.9
 
 
 def next_step(diagnosis: Diagnosis) -> str:
@@ -253,10 +248,9 @@ def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) ->
     answer = diagnosis.classes
     if has_measured_law is None:
         has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)
-    experiment = experiment_text(diagnosis)
+    experiment = _experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
-        again = experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
-        return [again]
+        return [experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."]
     first = [f"{one.about}: {one.remedy}." for one in diagnosis.warnings[:1]]
     steps = (*first, _put_in(diagnosis, has_measured_law=has_measured_law), experiment)
     return [step for step in steps if step]
@@ -264,27 +258,29 @@ def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) ->
 
 def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     """What to put into the simulation, or where to look; empty where a measurement comes first."""
-    answer, names = (
-        diagnosis.classes,
-        listed([plain_name(e) for e in diagnosis.attribution.effects]),
-    )
+    answer = diagnosis.classes
+    names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     if diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER):
-        return f"Put {_in_turn(diagnosis) or names} into the simulation."
+        # In the order of their worth, each with the gap that it leaves.
+        far, unit = diagnosis.reduction, diagnosis.unit
+        steps = far.steps[1:] if far is not None else ()
+        in_turn = [f"{plain_name(one.added)} (gap to {sized(one.rms, unit)})" for one in steps]
+        return f"Put {listed(in_turn) or names} into the simulation."
     if diagnosis.verdict == ALIASED:
         none = f"Do not put {names} into the simulation yet" if names else "Put none of them in yet"
-        return none + ("." if experiment_text(diagnosis) else ": measure where they differ.")
+        return none + ("." if _experiment_text(diagnosis) else ": measure where they differ.")
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
         if has_measured_law:
             return (
                 f"Put the measured shape of {_class_names(answer)} into the simulation "
                 "(diagnose --save-law), or find the law that has it."
             )
+        names = _class_names(answer)
         if _depends_on_unknown_loads(answer):
-            names = _class_names(answer)
             return f"Measure at other loads: these records do not determine the law of {names}."
         law = _near_law(answer)
         has_it = f"the law {law} has most of it" if law else "no law of the library has it"
-        return f"Look for the source of {_class_names(answer)}: {has_it}."
+        return f"Look for the source of {names}: {has_it}."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
     if answer is not None and answer.experiment:
@@ -292,14 +288,6 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     return (
         "Check the position and growth of the gap: no effect of the library matches them. The "
         "cause is outside the library, or in the measurement."
-    )
-
-
-def _in_turn(diagnosis: Diagnosis) -> str:
-    """Named effects in the order of their worth, each with the gap that it leaves."""
-    steps = diagnosis.reduction.steps if diagnosis.reduction is not None else ()
-    return listed(
-        [f"{plain_name(one.added)} (gap to {sized(one.rms, diagnosis.unit)})" for one in steps[1:]]
     )
 
 

@@ -50,9 +50,8 @@ _SHOWN = {
 }
 #: Parameter of a dimension off its drawing, which a drawing gives in mm.
 CHANGE = "change"
-#: Directions, which are told in degrees; other angles are small.
-_DIRECTIONS = ("theta", "angle", "dv")
 _AXES = {"y": "sideways", "z": "vertical"}
+_TILTS = ("tilt of direction 0 deg", "tilt of direction 90 deg")
 _WORDS: dict[str, str] = {
     "m": "mass",
     "K1": "stiffness",
@@ -111,9 +110,6 @@ _WORDS: dict[str, str] = {
     "W_1": "weight on the bearing pressed towards +z",
     "W_2": "weight on the bearing pressed towards -z",
 }
-_DELAYS = ("sensor_delay",)
-
-
 #: Parameters of pins that close.
 _OF_CLOSED_PINS = {
     "c": "share that closes",
@@ -127,20 +123,16 @@ _OF_CLOSED_PINS = {
 
 def parameter_words(effect: str, name: str) -> str:
     """What a parameter is, in words: ``tilt of the carrier``."""
-    if effect in _DELAYS:
+    if effect == "sensor_delay":
         return "delay"
     if effect == "pin_clearance":
         return _OF_CLOSED_PINS.get(name, name)
     stem, _, last = name.partition("_")
     if effect in ("ntl_tilt", "flange_warp", "bearing_clearance") and last in _AXES:
-        what = {"a": "tilt of direction 0 deg", "b": "tilt of direction 90 deg", "s": "saddle"}.get(
-            stem, stem
-        )
+        what = {"a": _TILTS[0], "b": _TILTS[1], "s": "saddle"}.get(stem, stem)
         return f"{what} by {_AXES[last]} load"
     if effect == "ring_pass" and last in ("c", "s"):
-        motion = {"p": "axial motion", "q": "tilt of direction 0 deg"}.get(
-            stem, "tilt of direction 90 deg"
-        )
+        motion = {"p": "axial motion", "q": _TILTS[0]}.get(stem, _TILTS[1])
         return f"{motion} as planets pass, {'cosine' if last == 'c' else 'sine'}"
     if effect == "unequal_load_sharing" and last.isdigit():
         return f"excess load of pin {last}"
@@ -156,16 +148,14 @@ def parameter_words(effect: str, name: str) -> str:
 
 def shown_unit(name: str, unit: str) -> tuple[float, str]:
     """Factor to the unit that an engineer uses for a parameter, and that unit."""
-    if unit == "rad" and name.startswith(_DIRECTIONS):
+    # Directions; other angles are small.
+    if unit == "rad" and name.startswith(("theta", "angle", "dv")):
         return 180.0 / math.pi, "deg"
     if unit == "m" and name == CHANGE:
         return 1e3, "mm"
     return _SHOWN.get(unit, (1.0, unit))
 
 
-#: An error of so many times the value says nothing about it.
-_UNDETERMINED = 1e6
-_MOST_DECIMALS = 9
 MOST_ROWS = 12
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
@@ -229,19 +219,14 @@ def with_error(value: float, std: float) -> tuple[str, str]:
         return f"{value:.4g}", "not determined"
     if not (math.isfinite(std) and std > 0.0):
         return f"{value:.4g}", UNKNOWN
-    if std > _UNDETERMINED * abs(value):
+    if std > 1e6 * abs(value):
         return f"{value:.1g}", "not determined"
     power = math.floor(math.log10(max(abs(value), std)))
     shift = 0 if -3 <= power < 5 else power
-    decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), _MOST_DECIMALS)
+    decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), 9)
     ending = f"e{shift}" if shift else ""
-    value_text = f"{value / 10.0**shift:.{decimals}f}{ending}"
-    error_text = f"{std / 10.0**shift:.{decimals}f}{ending}"
-    return value_text, error_text
-
-
-#: Sources of error below this part of an interval are not listed.
-_SMALLEST_SOURCE = 0.01
+    texts = [f"{size / 10.0**shift:.{decimals}f}{ending}" for size in (value, std)]
+    return texts[0], texts[1]
 
 
 class _ParameterRow(NamedTuple):
@@ -278,7 +263,7 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
     factor, unit = shown_unit(name, named.unit)
     wide = NORMAL_95 * factor
-    least = _SMALLEST_SOURCE * named.std
+    least = 0.01 * named.std
     sources = {source: wide * std for source, std in named.sources.items() if std >= least}
     words = parameter_words(effect, name)
     return _ParameterRow(effect, words, name, factor * named.value, wide * named.std, unit, sources)

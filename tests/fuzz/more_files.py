@@ -16,13 +16,13 @@ from carrierflex.blind_check.sealing import answers
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.report.diagnosis_files import write_diagnosis
-from carrierflex.diagnosis.report.gap_change import read_side
 from carrierflex.fe.curve_files import PIN_FIT, read_derivatives, write_curves
 from carrierflex.geometry.cad_mesh import step_faces
 from carrierflex.geometry.cad_surface_files import CadFrame
 from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
 from carrierflex.identification.logs.log_files import read_log
 from carrierflex.workflows import describe_file
+from carrierflex.workflows.diagnosis.gap_change import read_side
 from carrierflex.workflows.diagnosis.report_files import read_report_data, write_report_data
 from carrierflex.workflows.simulation.identified_life import identified_sharing, identified_tilt
 from tests.diagnosis.element.element_campaigns import displacement_campaign

@@ -28,12 +28,6 @@ from carrierflex.blind_check.sealing.verdicts import read_verdict
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RevolutionSplitter
 from carrierflex.diagnosis.carrier.watch.state_files import read_state, write_state
 from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
-from carrierflex.diagnosis.report.rim_motion_files import (
-    RimMotion,
-    RimSignal,
-    read_rim_motion,
-    write_rim_motion,
-)
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.files import child_process, hdf5_trial
@@ -73,6 +67,12 @@ from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_error
 from carrierflex.workflows.fleet.sample_streams import Position, stream_samples
+from carrierflex.workflows.view3d.rim_motion_files import (
+    RimMotion,
+    RimSignal,
+    read_rim_motion,
+    write_rim_motion,
+)
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.diagnosis.carrier.watch.test_turbine_watch import (
     BASELINE,

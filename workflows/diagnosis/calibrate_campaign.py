@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -220,10 +221,13 @@ def main(
     if changes:
         curves = diagnose_campaign.curves_of_rig(header.rig, campaign)
         drawing = _drawing(stage, changes, size, quiet=quiet)
-        _write_parameters(drawing.stage, out / PARAMETERS_FILE)
+        with whole_file(out / PARAMETERS_FILE) as file:
+            file.write_text("\n".join(parameter_lines(drawing.stage)) + "\n", encoding="utf-8")
         w = before.attribution.parameters.get(PIN_FIT, {}).get("w")
-        linear = linear_prediction(curves, changes, w.value if w else 0.0, drawing)
-        calibration = replace(calibration, linear=linear)
+        w_of_fit = w.value if w else 0.0
+        calibration = replace(
+            calibration, linear=linear_prediction(curves, changes, w_of_fit, drawing)
+        )
         curves = drawing.moved(curves)
     laws = {name: of for name, of in known.items() if not body_of_effect(name)}
     if header.baseline.source == "stage":
@@ -245,10 +249,13 @@ def main(
         _remove(out, CHANGE)
     else:
         calibration = _compared(calibration, after, out)
-    if calibration.linear is not None and math.isfinite(calibration.linear.off):
-        calibration = replace(
-            calibration, text=f"{calibration.text} {_linear_words(calibration.linear)}"
+    linear = calibration.linear
+    if linear is not None and math.isfinite(linear.off):
+        text = (
+            f"{calibration.text} By finite elements at the new value, the derivative was "
+            f"{linear.off:.0%} off: the records support {linear.factor:.3g} times the named change."
         )
+        calibration = replace(calibration, text=text)
     _write(calibration, inputs, out)
     return calibration
 
@@ -371,12 +378,8 @@ def _side(diagnosis: Diagnosis) -> CalibrationSide:
     from carrierflex.diagnosis.report.verdict_words import verdict_heading
 
     far = diagnosis.reduction
-    return CalibrationSide(
-        diagnosis.verdict,
-        verdict_heading(diagnosis),
-        math.nan if far is None else far.rms_before,
-        math.nan if far is None else far.noise_floor,
-    )
+    sizes = (math.nan, math.nan) if far is None else (far.rms_before, far.noise_floor)
+    return CalibrationSide(diagnosis.verdict, verdict_heading(diagnosis), *sizes)
 
 
 def _drawing(
@@ -408,11 +411,6 @@ def _put_in(
     return PutIn(effect, file, values, causes_in(stage)[cause], new[cause])
 
 
-def _write_parameters(stage: StageParameters, path: Path) -> None:
-    with whole_file(path) as file:
-        file.write_text("\n".join(parameter_lines(stage)) + "\n", encoding="utf-8")
-
-
 def _write_copy(
     campaign: Path,
     folder: Path,
@@ -438,14 +436,21 @@ def _write_copy(
     }
     if fixed:
         baseline["fixed"] = {**baseline.get("fixed", {}), **fixed}
-    with whole_folder(folder) as partial:
-        for file in campaign.iterdir():
-            if file.is_file() and not file.name.startswith("."):
-                shutil.copyfile(file, partial / file.name)
+    with _copy_of_files(campaign, folder) as partial:
         if curves is not None:
             name = document["rig"].setdefault("deflection_curves", CURVES_FILE)
             write_curves(partial / name, curves)
         (partial / DOCUMENT_NAME).write_bytes(tomli_w.dumps(document).encode())
+
+
+@contextmanager
+def _copy_of_files(campaign: Path, folder: Path) -> Iterator[Path]:
+    """Folder with the files of a campaign, whole or not at all."""
+    with whole_folder(folder) as partial:
+        for file in campaign.iterdir():
+            if file.is_file() and not file.name.startswith("."):
+                shutil.copyfile(file, partial / file.name)
+        yield partial
 
 
 def _write_copy_with_case(
@@ -470,20 +475,17 @@ def _write_copy_with_case(
             effect, numbers, case.data, case.effects, int(case.rig["n_planets"])
         )
         document[table] = {**document.get(table, {}), **keys}
-        drawn, calibrated = None, None
-        if len(keys) == 1:
-            ((key, value),) = keys.items()
-            drawn = getattr(case.effects if table == "effects" else getattr(case.data, table), key)
-            drawn, calibrated = (None, None) if isinstance(value, list) else (drawn, value)
-        put_in.append(PutIn(effect, f"{CAMPAIGN}/{name}", values, drawn, calibrated))
+        one = PutIn(effect, f"{CAMPAIGN}/{name}", values)
+        key, value = next(iter(keys.items()), ("", None))
+        if len(keys) == 1 and not isinstance(value, list):
+            of = case.effects if table == "effects" else getattr(case.data, table)
+            one = replace(one, drawn=getattr(of, key), calibrated=value)
+        put_in.append(one)
     # Bodies in other folders are not copied.
     for body, path in case.bodies.items():
         if path.parent != campaign:
             document["bodies"][body] = str(path.resolve())
-    with whole_folder(folder) as partial:
-        for file in campaign.iterdir():
-            if file.is_file() and not file.name.startswith("."):
-                shutil.copyfile(file, partial / file.name)
+    with _copy_of_files(campaign, folder) as partial:
         (partial / name).write_bytes(tomli_w.dumps(document).encode())
     return tuple(put_in)
 
@@ -520,21 +522,14 @@ def _predicted(diagnosis: Diagnosis, effects: Sequence[str], take: str | None) -
 
 def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibration:
     """Calibration with what became of the gap."""
-    from carrierflex.diagnosis.report.gap_change import first_sentence
     from carrierflex.diagnosis.report.verdict_words import next_step, verdict_heading
+    from carrierflex.workflows.diagnosis.gap_change import first_sentence
 
     change = compare_diagnoses.compared_gaps(out / BEFORE, out / AFTER, out / CHANGE)
     text = f"{first_sentence(change)} {verdict_heading(after)}."
     if after.verdict != AT_NOISE_FLOOR:
         text += f" {next_step(after)}"
     return replace(calibration, text=text, ratio=change.ratio, ratio_ci95=change.ratio_ci95)
-
-
-def _linear_words(linear: LinearPrediction) -> str:
-    return (
-        f"By finite elements at the new value, the derivative was {linear.off:.0%} off: the "
-        f"records support {linear.factor:.3g} times the named change."
-    )
 
 
 def _write(calibration: Calibration, inputs: Mapping[str, object], out: Path) -> None:

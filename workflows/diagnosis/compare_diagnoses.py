@@ -9,17 +9,14 @@ beyond their intervals, and which measurement would decide.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carrierflex.files.json_files import save_json, save_text
 from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.gap_change import GapChange
+    from carrierflex.workflows.diagnosis.gap_change import GapChange
     from carrierflex.workflows.diagnosis.record_difference import RecordDifference
-
-COMPARISON_FILE = "comparison.json"
-PAGE_FILE = "comparison.html"
 
 
 def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange | RecordDifference:
@@ -51,10 +48,15 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange | R
     OSError
         Where `out` cannot be written.
     """
-    from carrierflex.diagnosis.report.gap_change import digest_of_records
+    from carrierflex.workflows.diagnosis import gap_change, record_difference
 
-    is_one_measurement = digest_of_records(before) == digest_of_records(after)
-    return (compared_gaps if is_one_measurement else _compared_records)(before, after, out)
+    if gap_change.digest_of_records(before) == gap_change.digest_of_records(after):
+        return compared_gaps(before, after, out)
+    difference = record_difference.record_difference(before, after)
+    if out is not None:
+        document = record_difference.difference_document(difference)
+        _write(out, document, record_difference.difference_page(difference))
+    return difference
 
 
 def compared_gaps(before: Path, after: Path, out: Path | None) -> GapChange:
@@ -65,32 +67,15 @@ def compared_gaps(before: Path, after: Path, out: Path | None) -> GapChange:
     ValueError, OSError
         As :func:`main`; ValueError also where the records differ.
     """
-    from carrierflex.diagnosis.report.gap_change import (
-        change_document,
-        comparison_page,
-        gap_change,
-        read_side,
-    )
+    from carrierflex.workflows.diagnosis import gap_change
 
-    change = gap_change(read_side(before), read_side(after))
+    change = gap_change.gap_change(gap_change.read_side(before), gap_change.read_side(after))
     if out is not None:
-        prepared_folder(out)
-        save_json(out / COMPARISON_FILE, change_document(change))
-        save_text(out / PAGE_FILE, comparison_page(change))
+        _write(out, gap_change.change_document(change), gap_change.comparison_page(change))
     return change
 
 
-def _compared_records(first: Path, second: Path, out: Path | None) -> RecordDifference:
-    """Difference of two measurements, written where it is asked for."""
-    from carrierflex.workflows.diagnosis.record_difference import (
-        difference_document,
-        difference_page,
-        record_difference,
-    )
-
-    difference = record_difference(first, second)
-    if out is not None:
-        prepared_folder(out)
-        save_json(out / COMPARISON_FILE, difference_document(difference))
-        save_text(out / PAGE_FILE, difference_page(difference))
-    return difference
+def _write(out: Path, document: dict[str, Any], page: str) -> None:
+    prepared_folder(out)
+    save_json(out / "comparison.json", document)
+    save_text(out / "comparison.html", page)

@@ -12,7 +12,7 @@ import ctypes
 import functools
 import gc
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
@@ -47,9 +47,9 @@ from carrierflex.workflows.view3d.view import viewer_library
 from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.rim_motion_files import RimMotion
     from carrierflex.diagnosis.results import Diagnosis
     from carrierflex.simulation.laws import Law
+    from carrierflex.workflows.view3d.rim_motion_files import RimMotion
 
 REPORT_FILE = "report.html"
 
@@ -186,12 +186,14 @@ def main(
             curves = campaign_curves(measured, campaign)
             measured = with_stage_baseline(measured, campaign, executor, stages)
 
-        from carrierflex.diagnosis.report.rim_motion_files import rim_motion
+        from carrierflex.workflows.view3d.rim_motion_files import rim_motion
         from carrierflex.workflows.view3d.rim_scene import rim_scene
 
         diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
-        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
-        _return_unused_memory()
+        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found. A
+        # problem and the results that it keeps point to one another.
+        gc.collect()
+        _return_freed_memory()
         diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
         motion = rim_motion(diagnosis, measured) if report else None
         if view and motion is None:
@@ -225,8 +227,8 @@ def _refuse(
 def marks_of_diagnosis(out: Path) -> dict[Path, str]:
     """Files that a diagnosis writes or removes, and words by which they are of this program."""
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT
-    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
+    from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION_FILE
 
     return {
         out / DIAGNOSIS_FILE: f'"{FORMAT}"',
@@ -278,8 +280,8 @@ def _write(
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
     from carrierflex.diagnosis.report.page import report_page
     from carrierflex.diagnosis.report.report_data import ReportSource, report_data
-    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE, write_report_data
+    from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
 
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
@@ -351,8 +353,7 @@ def with_stage_baseline(
 
     from carrierflex.workflows.diagnosis.stage_baseline import with_stage
 
-    more = planned() if planned else None
-    return with_stage(campaign, folder, planned=more, executor=executor, note=stages.note)
+    return with_stage(campaign, folder, planned=planned, executor=executor, note=stages.note)
 
 
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
@@ -367,21 +368,14 @@ def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionC
         return curves
     derivatives = read_derivatives(path) if path else {}
     curves = {**curves, **derivatives} if derivatives else with_derivatives(curves)
-    _refuse_unknown_causes(rig[TOLERANCES], causes_of(curves))
-    return curves
-
-
-def _refuse_unknown_causes(tolerances: Iterable[str], known: Sequence[str]) -> None:
-    unknown = [name for name in tolerances if name not in (*known, CURVES)]
+    known = causes_of(curves)
+    unknown = [name for name in rig[TOLERANCES] if name not in (*known, CURVES)]
     if unknown:
         raise ValueError(
             f"campaign.toml: [rig.tolerances]: unknown key '{unknown[0]}'; expected "
             f"{', '.join(known)} or {CURVES}"
         )
-
-
-#: Seconds between two times: each takes some hundredths.
-_BETWEEN = 10.0
+    return curves
 
 
 def _return_freed_memory() -> None:
@@ -395,20 +389,17 @@ def _return_freed_memory() -> None:
         trim(0)
 
 
-def _return_unused_memory() -> None:
-    """Let go of what only points to itself, as a problem and results it keeps, and give it back."""
-    gc.collect()
-    _return_freed_memory()
-
-
 def _returning_freed_memory(note: Callable[[str], None]) -> Callable[[str], None]:
-    """Progress that gives freed memory back between steps, every ten seconds at most."""
+    """Progress that gives freed memory back between steps, every ten seconds at most.
+
+    Each time takes some hundredths of a second.
+    """
     last = time.monotonic()
 
     def noted(text: str) -> None:
         nonlocal last
         note(text)
-        if time.monotonic() - last > _BETWEEN:
+        if time.monotonic() - last > 10.0:
             _return_freed_memory()
             last = time.monotonic()
 

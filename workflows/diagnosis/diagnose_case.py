@@ -6,7 +6,6 @@ Nothing of the truth is imported here: a process that runs it has never held a l
 """
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from carrierflex.blind_check.references.linear_laws import REFERENCES
@@ -15,7 +14,6 @@ from carrierflex.diagnosis.inference.results import (
     AT_NOISE_FLOOR,
     NAMED,
 )
-from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import read_json, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
@@ -26,6 +24,7 @@ from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
 
 #: What the references answer to a case.
 _REFERENCES_FILE = "references.json"
+_FAILURES = (ValueError, ArithmeticError, RuntimeError, KeyError)
 
 
 def diagnose_case(
@@ -34,40 +33,25 @@ def diagnose_case(
     """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
 
     An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as
-    such and ends no check.
-
-    Parameters
-    ----------
-    campaign, out : Path
-        Folder of the campaign, folder for the files.
-    report : bool
-        Draw report.html too.
-    references : bool
-        Write the answers of the references too.
+    such and ends no check. With `references` the answers of the references are written too.
     """
     if references:
         _refer(campaign, out)
-    _recorded(out, lambda: diagnose_campaign(campaign, out=out, report=report, quiet=True))
+    start = time.perf_counter()
+    error = None
+    try:
+        diagnose_campaign(campaign, out=out, report=report, quiet=True)
+    except _FAILURES as raised:
+        error = f"{type(raised).__name__}: {raised}"
+    out.mkdir(parents=True, exist_ok=True)
+    save_json(out / TIMES_FILE, {"seconds": time.perf_counter() - start, "error": error})
     if not report:
         # Of thousands of cases no page is drawn later.
         (out / REPORT_DATA_FILE).unlink(missing_ok=True)
 
 
 def reference_verdict(out: Path, name: str) -> Verdict:
-    """Answer of one reference to a case: the laws that it names.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the case's diagnosis.
-    name : str
-        Reference.
-
-    Raises
-    ------
-    ValueError
-        Where the references have not answered it.
-    """
+    """Answer of one reference to a case: the laws that it names; ValueError where it has none."""
     answer = read_json(out / _REFERENCES_FILE, "answers of the references")[name]
     if answer["error"] is not None:
         return Verdict({"verdict": ERROR, "reason": answer["error"]}, answer["seconds"])
@@ -80,15 +64,15 @@ def _refer(campaign: Path, out: Path) -> None:
     """Write what every reference answers; an error is an answer too."""
     start = time.perf_counter()
     answers = {}
-    table = None
-    error = None
+    table = error = None
     n_samples = 0.0
     try:
         with single_threaded():
-            problem = _problem(campaign)
+            measured = read_campaign(campaign)
+            problem, _ = problem_of(measured, campaign_curves(measured, campaign))
             table = problem.gram_table()
             n_samples = float(problem.cell_counts.sum())
-    except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
+    except _FAILURES as raised:
         error = f"{type(raised).__name__}: {raised}"
     for name, reference in REFERENCES.items():
         laws = reference(table, n_samples) if table is not None else ()
@@ -96,22 +80,3 @@ def _refer(campaign: Path, out: Path) -> None:
         answers[name] = {"effects": list(laws), "error": error, "seconds": seconds}
     out.mkdir(parents=True, exist_ok=True)
     save_json(out / _REFERENCES_FILE, answers)
-
-
-def _problem(folder: Path) -> ComparisonProblem:
-    """Comparison problem of a campaign, with the curves that a diagnosis takes."""
-    measured = read_campaign(folder)
-    problem, _ = problem_of(measured, campaign_curves(measured, folder))
-    return problem
-
-
-def _recorded(out: Path, diagnosis: Callable[[], object]) -> None:
-    """Make a diagnosis and write down its time and, where it failed, why."""
-    start = time.perf_counter()
-    error = None
-    try:
-        diagnosis()
-    except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
-        error = f"{type(raised).__name__}: {raised}"
-    out.mkdir(parents=True, exist_ok=True)
-    save_json(out / TIMES_FILE, {"seconds": time.perf_counter() - start, "error": error})

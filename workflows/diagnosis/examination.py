@@ -87,8 +87,8 @@ class ExaminedCampaign:
     ) -> Diagnosis:
         """Where the gap lies and which effect is missing, with what does not look right.
 
-        `findings` are told with those of the records and of the baseline, `note` hears of the
-        progress, `executor` fits sets of effects elsewhere, and `seed` is that of the bootstrap.
+        `findings` are told with those of the records and of the baseline; the options are those of
+        :meth:`compared`.
         """
         compared = self.compared(note=note, executor=executor, seed=seed)
         return self.checked(compared, findings)
@@ -100,7 +100,11 @@ class ExaminedCampaign:
         executor: Executor | None = None,
         seed: int = 0,
     ) -> Diagnosis:
-        """Diagnosis of the records as they stand; the options are those of :meth:`diagnosis`."""
+        """Diagnosis of the records as they stand.
+
+        `note` hears of the progress, `executor` fits sets of effects elsewhere, and `seed` is that
+        of the bootstrap.
+        """
         return diagnose(
             self.problem,
             campaign=self.distinct.name,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from carrierflex.diagnosis.inference.planning.results import (
     RankedAddition,
     RigLimits,
 )
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import save_json
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.toml_files import read_toml, toml_document
 from carrierflex.files.versions import software_name
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from carrierflex.diagnosis.mounting.planned import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
 
-PLAN_FILE = "plan.json"
-PICTURE_FILE = "plan.png"
 #: Additions that plan.json lists.
 _MOST_ADDITIONS = 40
 #: plan.json.
@@ -170,16 +168,10 @@ def plan_of(
 
     Parameters
     ----------
-    campaign : Campaign
-        Runs and channels as planned.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
-    settings : PlanSettings
-        Gap, costs and limits.
     is_measured : bool
         Whether the signals say which amplitudes a cause has.
-    note : callable
-        Told each step, for progress.
 
     Raises
     ------
@@ -230,18 +222,7 @@ def plan_of(
 
 
 def case_settings(case: Path) -> PlanSettings:
-    """Gap, costs and limits of a case file.
-
-    Parameters
-    ----------
-    case : Path
-        Case file of kind carrier or mounting.
-
-    Raises
-    ------
-    ValueError
-        Where it is another file.
-    """
+    """Gap, costs and limits of a case file of kind carrier or mounting; another is refused."""
     from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
     from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 
@@ -268,18 +249,10 @@ def case_settings(case: Path) -> PlanSettings:
     )
 
 
-def plan_document(plan: CampaignPlan) -> dict[str, Any]:
-    """Content of plan.json."""
-    document: dict[str, Any] = plain(
-        json_content(
-            PLAN, plan, software=software_name(), additions=plan.additions[:_MOST_ADDITIONS]
-        )
-    )
-    return document
-
-
 def _write(plan: CampaignPlan, out: Path) -> None:
     from carrierflex.diagnosis.inference.planning.results import plan_figure
 
-    save_json(out / PLAN_FILE, plan_document(plan))
-    save_figure(out / PICTURE_FILE, plan_figure(plan))
+    additions = plan.additions[:_MOST_ADDITIONS]
+    content = json_content(PLAN, plan, software=software_name(), additions=additions)
+    save_json(out / "plan.json", content)
+    save_figure(out / "plan.png", plan_figure(plan))

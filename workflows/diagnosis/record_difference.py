@@ -5,7 +5,7 @@ that a diagnosis does not name is compared by what it leaves: at most all of the
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,7 +16,13 @@ from scipy.stats import norm
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
-from carrierflex.diagnosis.report.fleet_sizes import (
+from carrierflex.diagnosis.report.page import rendered_page
+from carrierflex.diagnosis.report.words import capitalised, counted, listed
+from carrierflex.files.quantities import number
+from carrierflex.files.result_schemas import json_content, json_table
+from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.resampling import NORMAL_95
+from carrierflex.workflows.diagnosis.fleet_sizes import (
     GAP,
     RMS,
     CampaignRow,
@@ -27,13 +33,6 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     size_left,
     size_name,
 )
-from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import capitalised, counted, listed
-from carrierflex.files.json_files import plain
-from carrierflex.files.quantities import number
-from carrierflex.files.result_schemas import json_content, json_table
-from carrierflex.files.versions import software_name
-from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Distance in standard deviations at which nine of ten differences lie beyond their interval.
 _SEEN_IN_NINE_OF_TEN = NORMAL_95 + float(norm.ppf(0.9))
@@ -82,9 +81,10 @@ def record_difference(first: Path, second: Path) -> RecordDifference:
     ValueError
         Where a diagnosis is missing or damaged, or the two are of different kind or unit.
     """
-    documents = [read_diagnosis(folder / DIAGNOSIS_FILE) for folder in (first, second)]
-    rows = []
-    for folder, document in zip((first, second), documents, strict=True):
+    documents, rows = [], []
+    for folder in (first, second):
+        document = read_diagnosis(folder / DIAGNOSIS_FILE)
+        documents.append(document)
         try:
             rows.append(campaign_row(document, str(folder), document["campaign"], ""))
         except (KeyError, TypeError, AttributeError) as error:
@@ -114,16 +114,21 @@ def _differences(
     rows: list[CampaignRow], documents: list[dict[str, Any]]
 ) -> Iterator[SizeDifference]:
     known = [{(one.cause, one.parameter): one for one in row.sizes} for row in rows]
-    for key in dict.fromkeys((*known[0], *known[1])):
-        pair = [sizes.get(key) for sizes in known]
-        if pair[0] is not None and pair[1] is not None:
-            yield _of_both(pair[0], pair[1])
+    for key, first in known[0].items():
+        if key in known[1]:
+            yield _of_both(first, known[1][key])
     for side in (0, 1):
         others = {cause for cause, _ in known[1 - side]}
+        gap, other_gap = (of.get((GAP, RMS)) for of in (known[side], known[1 - side]))
         for cause in rows[side].causes:
-            if cause not in others:
-                size = _left_by(cause, documents[side], known[side].get((GAP, RMS)))
-                yield from _of_one(size, known[1 - side].get((GAP, RMS)), side)
+            classes = [
+                one for one in documents[side]["classes"] if cause in (one["law"], one["id"])
+            ]
+            if cause in others or not classes or gap is None or other_gap is None:
+                continue
+            size = size_left(cause, classes[0], gap)
+            if size is not None:
+                yield _of_one(size, other_gap, side)
 
 
 def _of_both(first: CauseSize, second: CauseSize) -> SizeDifference:
@@ -147,19 +152,9 @@ def _of_both(first: CauseSize, second: CauseSize) -> SizeDifference:
     )
 
 
-def _left_by(cause: str, document: Mapping[str, Any], gap: CauseSize | None) -> CauseSize | None:
-    """RMS of what a named cause leaves in one measurement, by the share of its class."""
-    classes = [one for one in document["classes"] if cause in (one["law"], one["id"])]
-    return size_left(cause, classes[0], gap) if gap is not None and classes else None
-
-
-def _of_one(
-    size: CauseSize | None, other_gap: CauseSize | None, side: int
-) -> Iterator[SizeDifference]:
+def _of_one(size: CauseSize, other_gap: CauseSize, side: int) -> SizeDifference:
     """A cause that one diagnosis names: it differs where it leaves more than all of the other."""
-    if size is None or other_gap is None:
-        return
-    yield SizeDifference(
+    return SizeDifference(
         cause=size.cause,
         parameter=RMS,
         unit=size.unit,
@@ -215,18 +210,15 @@ DIFFERENCE = json_table(
 
 def difference_document(difference: RecordDifference) -> dict[str, Any]:
     """Content of comparison.json."""
-    document: dict[str, Any] = plain(
-        json_content(
-            DIFFERENCE,
-            difference,
-            difference.first,
-            software=software_name(),
-            text=difference_sentence(difference),
-            first=json_content(_SIDE, difference.first),
-            second=json_content(_SIDE, difference.second),
-        )
+    return json_content(
+        DIFFERENCE,
+        difference,
+        difference.first,
+        software=software_name(),
+        text=difference_sentence(difference),
+        first=json_content(_SIDE, difference.first),
+        second=json_content(_SIDE, difference.second),
     )
-    return document
 
 
 def difference_sentence(difference: RecordDifference) -> str:

@@ -1,6 +1,8 @@
 """Score of a blind check in tables with titles, and as a page."""
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from carrierflex.blind_check.scoring.class_judging import ClassJudged
 from carrierflex.blind_check.scoring.class_score import ChangeRow, ClassScore
@@ -8,31 +10,6 @@ from carrierflex.blind_check.scoring.judging import Judged
 from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
 
-_FIGURES = ("kind", "figure", "required", "actual", "95 %", "cases", "pass")
-_CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")
-_WRONG = ("case", "family", "truth", "gap / floor", "verdict", "named")
-_CHANGES = (
-    "change of form",
-    "cases",
-    "class right",
-    "95 %",
-    "law named",
-    "own or kin",
-    "class share",
-    "law share",
-)
-_FALSE = (
-    "case",
-    "drive",
-    "cause",
-    "class",
-    "gap / floor",
-    "change",
-    "outcome",
-    "answer",
-    "law named",
-    "false law",
-)
 Section = tuple[str, tuple[str, ...], list[list[str]]]
 
 
@@ -41,13 +18,9 @@ def score_page(check: BlindCheck, *, command: str, date: str, software: str) -> 
     seals = f"digest of the seals `{check.digest}`"
     lines = [f"Run of {date}, {software}, by `{command}`; {seals}.", ""]
     for title, columns, rows in score_sections(check):
-        lines += [
-            f"### {title[0].upper()}{title[1:]}",
-            "",
-            _line(columns),
-            _line(["---"] * len(columns)),
-        ]
-        lines += [*(_line(row) for row in rows), ""]
+        lines += [f"### {title[0].upper()}{title[1:]}", ""]
+        lines += [_line(row) for row in (columns, ["---"] * len(columns), *rows)]
+        lines += [""]
     return "\n".join(lines)
 
 
@@ -84,36 +57,28 @@ def _figures_of(check: BlindCheck) -> dict[tuple[str, str], Figure]:
 
 def _effect_sections(score: Score) -> list[Section]:
     return [
-        ("figures", _FIGURES, [_figure(row) for row in score.figures]),
-        (
-            "confusion by alias class, gap >= 5 floors",
-            _CLASSES,
-            [_class(row) for row in score.confusion],
-        ),
-        ("wrong cases", _WRONG, [_wrong(row) for row in score.wrong]),
+        _section("figures", _FIGURE, score.figures),
+        _section("confusion by alias class, gap >= 5 floors", _CLASS, score.confusion),
+        _section("wrong cases", _WRONG, score.wrong),
     ]
 
 
 def _class_sections(score: ClassScore) -> list[Section]:
+    # Single causes of elements, whose forms are changed by known amounts.
+    by_change = "single causes by their change of form, gap >= 2 floors"
     return [
-        ("figures by class", _FIGURES, [_figure(row) for row in score.figures]),
-        (
-            "confusion by class, gap >= 2 floors",
-            _CLASSES,
-            [_class(row) for row in score.confusion],
-        ),
-        *_changes(score),
-        ("wrong classes, ties and false laws", _FALSE, [_false(row) for row in score.wrong]),
+        _section("figures by class", _FIGURE, score.figures),
+        _section("confusion by class, gap >= 2 floors", _CLASS, score.confusion),
+        *([_section(by_change, _CHANGE, score.changes)] if score.changes else []),
+        _section("wrong classes, ties and false laws", _FALSE, score.wrong),
     ]
 
 
-def _changes(score: ClassScore) -> list[Section]:
-    """Single causes of elements, whose forms are changed by known amounts."""
-    title = "single causes by their change of form, gap >= 2 floors"
-    return [(title, _CHANGES, [_change(row) for row in score.changes])] if score.changes else []
+def _section(title: str, cells: Mapping[str, Callable[[Any], str]], rows: Iterable[Any]) -> Section:
+    return title, tuple(cells), [[cell(row) for cell in cells.values()] for row in rows]
 
 
-def _line(cells: list[str] | tuple[str, ...]) -> str:
+def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
@@ -121,60 +86,65 @@ def _percent(share: float) -> str:
     return "-" if math.isnan(share) else f"{100.0 * share:.1f} %"
 
 
-def _interval(interval: tuple[float, float]) -> str:
-    return f"{100.0 * interval[0]:.0f} to {100.0 * interval[1]:.0f} %"
+def _interval(interval: tuple[float, float] | None) -> str:
+    return "" if interval is None else f"{100.0 * interval[0]:.0f} to {100.0 * interval[1]:.0f} %"
 
 
-def _figure(figure: Figure) -> list[str]:
-    is_share = figure.interval is not None
-    reached = (
-        _percent(figure.value)
-        if is_share
-        else "-"
-        if math.isnan(figure.value)
-        else f"{figure.value:.3g}"
-    )
-    met = {True: "yes", False: "no", None: "too few" if figure.wanted else ""}[figure.met]
-    interval = _interval(figure.interval) if figure.interval is not None else ""
-    return [figure.kind, figure.name, figure.wanted, reached, interval, str(figure.cases), met]
+def _joined(names: Sequence[str]) -> str:
+    return " + ".join(names) or "-"
 
 
-def _class(row: ClassRow) -> list[str]:
-    answers = ", ".join(f"{name}: {count}" for name, count in row.answers)
-    return [row.kind, row.name, str(row.cases), str(row.right), _interval(row.interval), answers]
+def _reached(figure: Figure) -> str:
+    if figure.interval is not None or math.isnan(figure.value):
+        return _percent(figure.value)
+    return f"{figure.value:.3g}"
 
 
-def _change(row: ChangeRow) -> list[str]:
-    return [
-        row.name,
-        str(row.cases),
-        str(row.right),
-        _interval(row.interval),
-        str(row.laws_named),
-        str(row.laws_right),
-        _percent(row.class_share),
-        _percent(row.law_share),
-    ]
-
-
-def _false(case: ClassJudged) -> list[str]:
-    label = case.label
-    changes = ", ".join(f"{100.0 * change:.0f} %" for change in label.changes)
-    return [
-        label.case,
-        label.drive,
-        " + ".join(label.effects) or "-",
-        case.truth,
-        f"{label.gap_over_floor:.1f}",
-        changes,
-        case.outcome,
-        case.answered,
-        " + ".join(case.laws) or "-",
-        " + ".join(case.false_laws) or "-",
-    ]
-
-
-def _wrong(case: Judged) -> list[str]:
-    label, verdict = case.label, str(case.verdict.document["verdict"])
-    truth, named = (" + ".join(names) or "-" for names in (label.effects, case.named))
-    return [label.case, label.family, truth, f"{label.gap_over_floor:.1f}", verdict, named]
+#: Columns of every table, and the cell of a row in them.
+_FIGURE: dict[str, Callable[[Figure], str]] = {
+    "kind": lambda one: one.kind,
+    "figure": lambda one: one.name,
+    "required": lambda one: one.wanted,
+    "actual": _reached,
+    "95 %": lambda one: _interval(one.interval),
+    "cases": lambda one: str(one.cases),
+    "pass": lambda one: {True: "yes", False: "no", None: "too few" if one.wanted else ""}[one.met],
+}
+_CLASS: dict[str, Callable[[ClassRow], str]] = {
+    "kind": lambda row: row.kind,
+    "true class": lambda row: row.name,
+    "cases": lambda row: str(row.cases),
+    "right": lambda row: str(row.right),
+    "95 %": lambda row: _interval(row.interval),
+    "answers": lambda row: ", ".join(f"{name}: {count}" for name, count in row.answers),
+}
+_WRONG: dict[str, Callable[[Judged], str]] = {
+    "case": lambda case: case.label.case,
+    "family": lambda case: case.label.family,
+    "truth": lambda case: _joined(case.label.effects),
+    "gap / floor": lambda case: f"{case.label.gap_over_floor:.1f}",
+    "verdict": lambda case: str(case.verdict.document["verdict"]),
+    "named": lambda case: _joined(case.named),
+}
+_CHANGE: dict[str, Callable[[ChangeRow], str]] = {
+    "change of form": lambda row: row.name,
+    "cases": lambda row: str(row.cases),
+    "class right": lambda row: str(row.right),
+    "95 %": lambda row: _interval(row.interval),
+    "law named": lambda row: str(row.laws_named),
+    "own or kin": lambda row: str(row.laws_right),
+    "class share": lambda row: _percent(row.class_share),
+    "law share": lambda row: _percent(row.law_share),
+}
+_FALSE: dict[str, Callable[[ClassJudged], str]] = {
+    "case": lambda case: case.label.case,
+    "drive": lambda case: case.label.drive,
+    "cause": lambda case: _joined(case.label.effects),
+    "class": lambda case: case.truth,
+    "gap / floor": lambda case: f"{case.label.gap_over_floor:.1f}",
+    "change": lambda case: ", ".join(f"{100.0 * change:.0f} %" for change in case.label.changes),
+    "outcome": lambda case: case.outcome,
+    "answer": lambda case: case.answered,
+    "law named": lambda case: _joined(case.laws),
+    "false law": lambda case: _joined(case.false_laws),
+}

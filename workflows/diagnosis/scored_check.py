@@ -28,7 +28,7 @@ def scored(
 ) -> tuple[BlindCheck, list[dict[str, Any]]]:
     """Score of verdicts under seals of one digest, and the cases one by one."""
     by_class = cases_judged_by_class(labels, verdicts)
-    effect_labels = _by_effect(labels)
+    effect_labels = {case: of for case, of in labels.items() if not is_judged_by_class(of)}
     by_effect = judged_cases(effect_labels, {case: verdicts[case] for case in effect_labels})
     result = BlindCheck(
         score(by_effect) if by_effect else None,
@@ -38,26 +38,20 @@ def scored(
     return result, [*(_row(case) for case in by_effect), *(_class_row(case) for case in by_class)]
 
 
-def _by_effect(labels: Mapping[str, Label]) -> dict[str, Label]:
-    """Labels of the cases that are judged by effect."""
-    return {case: label for case, label in labels.items() if not is_judged_by_class(label)}
-
-
 def write_score(
     out: Path, result: BlindCheck, rows: Sequence[Mapping[str, Any]], *, command: str
 ) -> None:
     """Write blind_check.json and blind_check.md, with the command that made them."""
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
     head = {"format": "carrierflex-blind-check", "version": 2, "software": software, "date": date}
-    scores = [each for each in (result.score, result.class_score) if each is not None]
     figures: dict[str, Any] = {
         "met": result.met,
-        "figures": plain([figure for each in scores for figure in each.figures]),
-        "confusion": plain([row for each in scores for row in each.confusion]),
+        "figures": _of_scores(result, "figures"),
+        "confusion": _of_scores(result, "confusion"),
     }
     if result.reference_checks:
         figures["beside"] = {
-            name: _shares(check) for name, check in result.reference_checks.items()
+            name: _of_scores(check, "figures") for name, check in result.reference_checks.items()
         }
     if result.class_score is not None:
         figures["by_change_of_form"] = plain(result.class_score.changes)
@@ -71,24 +65,17 @@ def write_score(
 
 
 def _row(case: Judged) -> dict[str, Any]:
-    names = ("case", "family", "effects", "gap_over_floor", "rho", "declares_noise")
     return {
-        **{name: getattr(case.label, name) for name in names},
-        **_answer(case.verdict),
+        **_stated(case, "rho", "declares_noise"),
         "named": case.named,
         "right": case.is_right,
     }
 
 
 def _class_row(case: ClassJudged) -> dict[str, Any]:
-    names = (
-        *("case", "family", "effects", "gap_over_floor", "declares_noise"),
-        *("classes", "drive", "changes"),
-    )
     document = case.verdict.document
     row = {
-        **{name: getattr(case.label, name) for name in names},
-        **_answer(case.verdict),
+        **_stated(case, "declares_noise", "classes", "drive", "changes"),
         "named": case.laws,
         "answer": case.answer,
         "class_ties": document.get("class_ties", ()),
@@ -102,19 +89,22 @@ def _class_row(case: ClassJudged) -> dict[str, Any]:
     return row
 
 
-def _answer(verdict: Verdict) -> dict[str, Any]:
-    document = verdict.document
+def _stated(case: Judged | ClassJudged, *names: str) -> dict[str, Any]:
+    """What label and verdict of a case state."""
+    names = ("case", "family", "effects", "gap_over_floor", *names)
+    document = case.verdict.document
     return {
+        **{name: getattr(case.label, name) for name in names},
         "verdict": document["verdict"],
         "reason": document.get("reason"),
-        "seconds": verdict.seconds,
+        "seconds": case.verdict.seconds,
     }
 
 
-def _shares(result: BlindCheck) -> list[Any]:
-    """Figures of another tool's answers."""
+def _of_scores(result: BlindCheck, field: str) -> list[Any]:
+    """Figures or confusion of the scores by effect and by class."""
     scores = [each for each in (result.score, result.class_score) if each is not None]
-    return [plain(figure) for each in scores for figure in each.figures]
+    return [plain(row) for each in scores for row in getattr(each, field)]
 
 
 class BlindCase(TypedDict):

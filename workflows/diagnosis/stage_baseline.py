@@ -40,31 +40,16 @@ def with_stage(
     campaign: Campaign,
     folder: Path,
     *,
-    planned: Campaign | None = None,
+    planned: Callable[[], Campaign] | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> Campaign:
     """Campaign with the predictions of its stage as columns, and the causes inside the stage.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        As it was read; one with another baseline is returned as it is.
-    folder : Path
-        Its folder, in which the case is.
-    size : float
-        Element edge length [m] of default bodies.
-    planned : Campaign, optional
-        The campaign with what could be added to it, whose loads and sensors the causes cover.
-    executor : concurrent.futures.Executor, optional
-        Where stages are solved.
-    note : callable
-        Hears which cause is solved, and the share that is done.
-
-    Raises
-    ------
-    ValueError
-        Where the case is refused or does not fit the campaign.
+    Another baseline's is returned as it is. `planned` gives the campaign with what could be added
+    to it, whose loads and sensors the causes then cover; `executor` solves stages; `note` hears
+    which cause is solved, and the share that is done. ValueError where the case is refused or does
+    not fit the campaign.
     """
     if campaign.baseline.source != "stage":
         return campaign
@@ -84,7 +69,8 @@ def with_stage(
         case.rest_angle,
         case.runs[0].load.gravity,
     )
-    return predicted_by(campaign, stage, planned=planned, executor=executor, note=note)
+    covered = planned() if planned is not None else None
+    return predicted_by(campaign, stage, planned=covered, executor=executor, note=note)
 
 
 def predicted_by(

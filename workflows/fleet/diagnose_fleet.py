@@ -34,7 +34,7 @@ from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.fleet_sizes import CampaignRow
+    from carrierflex.workflows.diagnosis.fleet_sizes import CampaignRow
     from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 FORMAT = "carrierflex-fleet"
@@ -383,7 +383,7 @@ def entry_of(task: Task) -> Mapping[str, Any]:
 def _row(task: Task, error: str | None) -> CampaignRow:
     """Row of a campaign; one without a diagnosis says why."""
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
-    from carrierflex.diagnosis.report.fleet_sizes import FAILED, CampaignRow, campaign_row
+    from carrierflex.workflows.diagnosis.fleet_sizes import FAILED, CampaignRow, campaign_row
 
     turbine, recorded, kind = task.name.split("/")[0], "", ""
     try:

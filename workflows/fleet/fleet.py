@@ -9,7 +9,6 @@ from typing import Annotated
 import numpy as np
 
 from carrierflex.diagnosis.inference.results import Interval
-from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
@@ -17,6 +16,7 @@ from carrierflex.identification.estimation.shrinkage import (
     shrunk_values,
     trend,
 )
+from carrierflex.workflows.diagnosis.fleet_sizes import CampaignRow, CauseSize
 
 #: Probability with which any turbine of equal ones is called different.
 LEVEL = 0.05

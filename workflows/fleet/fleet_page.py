@@ -12,7 +12,12 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
-from carrierflex.diagnosis.report.fleet_sizes import (
+from carrierflex.diagnosis.report.page import rendered_page
+from carrierflex.diagnosis.report.words import counted, listed
+from carrierflex.files.quantities import number
+from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.resampling import NORMAL_95
+from carrierflex.workflows.diagnosis.fleet_sizes import (
     GAP,
     CampaignRow,
     factor_of,
@@ -20,11 +25,6 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     shown_span,
     size_name,
 )
-from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import counted, listed
-from carrierflex.files.quantities import number
-from carrierflex.files.versions import software_name
-from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 if TYPE_CHECKING:

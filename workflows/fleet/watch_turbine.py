@@ -237,7 +237,7 @@ def _alarms(
     splitter = RevolutionSplitter()
     for piece in samples:
         for turn in splitter.turns(piece.columns, piece.file):
-            alarm = watch.take(turn.columns, turn.file)
+            alarm = watch.take(*turn)
             if alarm is not None:
                 writer.write(page=True)
                 yield alarm

@@ -19,8 +19,6 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS
-from carrierflex.diagnosis.report.gap_change import COMPARISON
-from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION
 from carrierflex.fe.matrices.interface_tables import InterfacesDocument
 from carrierflex.files.result_schemas import Schema, result_schema, type_hints
 from carrierflex.files.toml_values import FileSchema
@@ -42,6 +40,7 @@ from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.diagnosis.calibrate_campaign import CALIBRATION
+from carrierflex.workflows.diagnosis.gap_change import COMPARISON
 from carrierflex.workflows.diagnosis.plan_campaign import PLAN
 from carrierflex.workflows.diagnosis.record_difference import DIFFERENCE
 from carrierflex.workflows.diagnosis.report_files import REPORT_DATA
@@ -77,6 +76,7 @@ from carrierflex.workflows.simulation.linearise_stage import StageLinearisedDocu
 from carrierflex.workflows.simulation.rexs_case import RexsDocument
 from carrierflex.workflows.simulation.simulate_table_5 import TableFiveDocument
 from carrierflex.workflows.simulation.study_order_one import OrderOneDocument
+from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION
 
 _Campaign = Annotated[
     CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument,

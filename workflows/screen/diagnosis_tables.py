@@ -9,18 +9,18 @@ from rich.console import Group, RenderableType
 from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan, first_sentences
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
-from carrierflex.diagnosis.report.gap_change import (
-    GapChange,
-    causes_sentence,
-    cells_sentence,
-    first_sentence,
-)
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.identification.estimation.resampling import NORMAL_95
+from carrierflex.workflows.diagnosis.gap_change import (
+    GapChange,
+    causes_sentence,
+    cells_sentence,
+    first_sentence,
+)
 from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 from carrierflex.workflows.diagnosis.score_page import score_sections
 from carrierflex.workflows.screen.fleet_tables import difference_table

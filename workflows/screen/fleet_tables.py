@@ -2,9 +2,9 @@
 
 from rich.console import Group, RenderableType
 
-from carrierflex.diagnosis.report.fleet_sizes import shown_size, size_name
 from carrierflex.diagnosis.report.words import ratio
 from carrierflex.files.quantities import number
+from carrierflex.workflows.diagnosis.fleet_sizes import shown_size, size_name
 from carrierflex.workflows.diagnosis.record_difference import (
     RecordDifference,
     difference_sentence,

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.report.rim_motion_files import RimMotion, RimSignal
 from carrierflex.geometry.view import rounded_magnification
 from carrierflex.workflows.view3d.circles import (
     band,
@@ -15,6 +14,7 @@ from carrierflex.workflows.view3d.circles import (
     pin_labels,
     pins,
 )
+from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.scene import (
     Control,
     Entry,

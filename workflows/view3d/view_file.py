@@ -91,7 +91,7 @@ def write_view(scene: Scene, path: Path) -> WrittenView:
 
 def _source(shown: Path) -> Path:
     """File that is meant: itself, or the one in a folder of curves or of a diagnosis."""
-    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
+    from carrierflex.workflows.view3d.rim_motion_files import RIM_MOTION_FILE
 
     if not shown.exists():
         raise FileNotFoundError(f"{shown}: no such file or folder; expected {_EXPECTED}")
@@ -107,9 +107,9 @@ def _source(shown: Path) -> Path:
 
 
 def _scene(source: Path) -> Scene:
-    from carrierflex.diagnosis.report.rim_motion_files import read_rim_motion
     from carrierflex.reduction.body_files import read_body, read_shapes
     from carrierflex.workflows.view3d.body_scene import body_scene
+    from carrierflex.workflows.view3d.rim_motion_files import read_rim_motion
     from carrierflex.workflows.view3d.rim_scene import rim_scene
 
     if source.suffix == ".json":

@@ -29,18 +29,10 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
-#: Patterns of waves whose sizes know no ratio.
-_OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
-#: Share of the change, eps, that errors of gains, torque and curves leave open in a component.
-_OPEN_SHARE = 0.03
-#: Costs that differ by less are a tie: evidence of one in 100.
-_TIE = 2.0 * np.log(100.0)
-#: Costs that differ by less are equal.
-_ROUNDING = 1e-6
 #: Samples of the turn on which effects are evaluated.
 _SAMPLES = 144
-#: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
-_LOST, _REVERSED, _NEAR = -1.0, -2.0, 0.2
+#: Factors on a channel are alike where they differ by less.
+_NEAR = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +86,7 @@ def named_change(
         cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
         remainder = change - np.tensordot(a, one.columns, 1)
         share = 1.0 - float(np.sum(remainder**2) / np.sum(change**2))
-        if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
+        if one.id not in costs or cost < costs[one.id][0] - 1e-6:
             costs[one.id] = (cost, one, share, a)
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
     if share < 1.0 - ClassConstants().named_left:
@@ -102,7 +94,8 @@ def named_change(
     ties = [
         name
         for name, (of_rival, rival, *_) in costs.items()
-        if of_rival < cost + _TIE
+        # A tie: evidence of one in 100.
+        if of_rival < cost + 2.0 * np.log(100.0)
         and name != best.id
         # Any fault of a channel is no rival of a particular one of the same channel.
         and (name != ONE_CHANNEL or rival.channels != best.channels)
@@ -118,7 +111,8 @@ def _whitening(change: FloatArray, n: int, noise: RevolutionNoise) -> FloatArray
     C = change.shape[1]
     memory = 1.0 - noise.memory[:, None, None]
     covariance = noise.covariance / memory**2 / n
-    covariance = covariance + _OPEN_SHARE**2 * np.sum(change**2) * np.eye(C)
+    # eps: what errors of gains, torque and curves leave open in a component.
+    covariance = covariance + 0.03**2 * np.sum(change**2) * np.eye(C)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
@@ -140,7 +134,7 @@ def _fault_by_factor(one: _Hypothesis, a: FloatArray) -> str:
     if one.id != GAIN:
         return one.id
     factor = float(a[0]) / one.length
-    for name, value in ((LOST, _LOST), (REVERSED, _REVERSED)):
+    for name, value in ((LOST, -1.0), (REVERSED, -2.0)):
         if abs(factor - value) < _NEAR:
             return name
     return GAIN
@@ -167,7 +161,10 @@ def _hypotheses(
         if name in (rim_patterns.UNEVEN, rim_patterns.MODULATED) and "g_f" in baseline.rig.curves:
             continue
         rows = _unit(_pattern_vectors(columns, baseline))
-        yield _Hypothesis(name, rows, is_sparse=name in _OF_ANY_WAVES)
+        # Their waves' sizes know no ratio.
+        yield _Hypothesis(
+            name, rows, is_sparse=name in (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
+        )
     turn = _turn(loads)
     # Before the same effect of the library: of equal costs the first is taken.
     for term in baseline.terms:
@@ -208,12 +205,10 @@ def _faults(baseline: RimBaseline, before: FloatArray) -> list[_Hypothesis]:
     faults: list[_Hypothesis] = []
     add(DELAY, slope, ())
     for c, channel in enumerate(baseline.channels):
-        only = np.zeros(C)
-        only[c] = 1.0
+        only = np.eye(C)[c]
+        zero, names = constant * only, (channel.name,)
         waves = before * only
         waves[0] = 0.0
-        zero = constant * only
-        names = (channel.name,)
         faults.append(_Hypothesis(ZERO, zero[None], names))
         rows = np.zeros((p, p, C))
         rows[np.arange(p), np.arange(p), c] = 1.0
@@ -259,15 +254,10 @@ def _pattern_vectors(columns: Columns, baseline: RimBaseline) -> FloatArray:
 def _turn(loads: FloatArray) -> dict[str, FloatArray]:
     """Columns of one turn under constant loads."""
     theta = 2.0 * np.pi * np.arange(_SAMPLES) / _SAMPLES
-    torque, ntl_y, ntl_z, speed = loads.tolist()
-    still = np.ones_like(theta)
-    return {
-        "time": theta / speed,
-        "carrier_angle": theta,
-        "torque": torque * still,
-        "ntl_y": ntl_y * still,
-        "ntl_z": ntl_z * still,
-    }
+    *forces, speed = loads.tolist()
+    names = ("torque", "ntl_y", "ntl_z")
+    steady = {name: np.full(_SAMPLES, of) for name, of in zip(names, forces, strict=True)}
+    return {"time": theta / speed, "carrier_angle": theta} | steady
 
 
 def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:

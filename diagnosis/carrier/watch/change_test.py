@@ -48,20 +48,8 @@ from carrierflex.diagnosis.comparison.problem import FloatArray, IntArray
 #: Revolutions over which d is averaged, chosen: a large change shows in the first window, a small
 #: one in the last.
 WINDOWS = (3.0, 12.0, 48.0)
-#: Revolutions that an alarm needs at least: ln e_n is cut off at h over this. No single revolution,
-#: whatever disturbs it, raises an alarm.
-LEAST_REVOLUTIONS = 5
-#: Largest s sqrt(q): tails heavier than normal ones weigh less.
-_LARGEST_BET = 3.0
 #: Fewest revolutions of a learning period: the bound of [4] needs them.
 LEAST_LEARNED = 100
-#: Probability that Sigma is larger than its bound.
-_BOUND_FAILS = 1e-3
-#: Standard deviations that phi is taken above its estimate, and its largest value.
-_MEMORY_MARGIN, _LARGEST_MEMORY = 2.0, 0.98
-#: The offset follows the estimate of this window by this share a revolution, and at most so many
-#: times as fast as the drift: the lag behind a drift is 64 revolutions of it.
-_FOLLOWED, _FOLLOWS, _FASTER = 1, 1.0 / 64.0, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,10 +86,10 @@ def learned_noise(vectors: FloatArray) -> RevolutionNoise:
     squares = np.maximum((x[:-1] ** 2).sum(axis=(0, 2)), np.finfo(float).tiny)
     r = products / squares
     r = np.clip(r + (1.0 + 3.0 * r) / n, -1.0, 1.0)
-    phi = np.clip(r + _MEMORY_MARGIN * np.sqrt((1.0 - r**2) / n), 0.0, _LARGEST_MEMORY)
+    phi = np.clip(r + 2.0 * np.sqrt((1.0 - r**2) / n), 0.0, 0.98)
     eps = x[1:] - phi[:, None] * x[:-1]
     Sigma = np.einsum("nkc,nkd->kcd", eps, eps) / (n - 1)
-    t = np.sqrt(2.0 * np.log(p / _BOUND_FAILS))
+    t = np.sqrt(2.0 * np.log(p / 1e-3))
     shrinks = max(1.0 - np.sqrt(C / n) - t / np.sqrt(n), 0.1)
     return RevolutionNoise(mean, phi, Sigma / shrinks**2)
 
@@ -159,9 +147,9 @@ class ChangeTest:
             sums[b, w] += self._growth(state.last[b], x[b], d, b)
         weight = 1.0 / np.array(WINDOWS)[:, None, None]
         estimate = state.estimate + weight * (x[:, None] - state.estimate)
-        along = np.einsum("bkc,kc->b", estimate[:, _FOLLOWED], self.nuisance)
-        most = _FASTER * self.drift
-        step = np.clip(_FOLLOWS * along, -most, most)
+        # The offset follows the second window; its lag behind a drift is 64 revolutions of it.
+        along = np.einsum("bkc,kc->b", estimate[:, 1], self.nuisance)
+        step = np.clip(along / 64.0, -2.0 * self.drift, 2.0 * self.drift)
         return DetectorState(x, estimate, sums, state.offset + step)
 
     def _without_noise(self, d: FloatArray, b: IntArray, w: IntArray) -> FloatArray:
@@ -184,9 +172,11 @@ class ChangeTest:
         y = np.einsum("mkc,mkc->m", v, x - phi * last)
         q = np.einsum("mkc,mkcd,mkd->m", v, Sigma, v)
         q = np.maximum(q, np.finfo(float).tiny)
-        s = np.minimum(np.maximum(size - delta, 0.0) / q, _LARGEST_BET / np.sqrt(q))
+        # Tails heavier than normal ones weigh less.
+        s = np.minimum(np.maximum(size - delta, 0.0) / q, 3.0 / np.sqrt(q))
         growth = s * (y - delta) - 0.5 * s**2 * q
-        return np.asarray(np.minimum(growth, self.threshold / LEAST_REVOLUTIONS))
+        # An alarm needs five revolutions: no single one, whatever disturbs it, raises one.
+        return np.asarray(np.minimum(growth, self.threshold / 5))
 
 
 def threshold_of(revolutions_a_day: float, false_alarms_a_day: float) -> float:

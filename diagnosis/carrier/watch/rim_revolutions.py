@@ -30,13 +30,6 @@ from carrierflex.simulation.carrier.rim import (
 
 Columns = Mapping[str, FloatArray]
 
-#: A channel without a change for this share of a revolution, or with more missing, is silent.
-_CONSTANT_SHARE, _MISSING_SHARE = 0.25, 0.5
-#: A step of time as long as this share of a turn is a gap.
-_GAP_SHARE = 0.2
-#: Most samples of a revolution: a turbine that stands still fills no memory.
-MOST_SAMPLES = 1_000_000
-
 
 @dataclass(frozen=True, eq=False)
 class Revolution:
@@ -143,17 +136,18 @@ class RimBaseline:
         if angle.size < 2 * self.shape[0] or too_sparse(angle, self.n_orders):
             return None
         steps = np.diff(time)
-        if steps.min() <= 0.0 or steps.max() > _GAP_SHARE * (time[-1] - time[0]):
+        if steps.min() <= 0.0 or steps.max() > 0.2 * (time[-1] - time[0]):
             return None
         signals = np.array([columns[channel.name] for channel in self.channels])
-        silent = self._silent(angle, signals)
+        silent = np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
         prediction = self.prediction(columns)
         signals = np.where(silent[:, None], prediction, signals)
         both, scatter = self.vectors(angle, np.concatenate([signals - prediction, prediction]))
         C = len(signals)
-        names = ("torque", "ntl_y", "ntl_z")
-        loads = [float(columns[name].mean()) if name in columns else 0.0 for name in names]
-        speed = abs(_speed(time, angle))
+        loads = [
+            float(columns[name].mean()) if name in columns else 0.0
+            for name in ("torque", "ntl_y", "ntl_z")
+        ]
         return Revolution(
             start=float(time[0]),
             end=float(time[-1]),
@@ -161,15 +155,8 @@ class RimBaseline:
             predicted=both[:, C:],
             scatter=scatter[:C],
             is_silent=silent,
-            loads=np.array([*loads, speed]),
+            loads=np.array([*loads, abs(_speed(time, angle))]),
         )
-
-    def _silent(self, angle: FloatArray, signals: FloatArray) -> BoolArray:
-        """Channels that are constant for a part of the turn, or missing, shape (C,)."""
-        n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
-        if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
-            return np.zeros(len(signals), dtype=np.bool_)
-        return np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
 
 
 def _speed(time: FloatArray, angle: FloatArray) -> float:
@@ -192,21 +179,13 @@ def vector_of_amplitudes(amplitudes: FloatArray) -> FloatArray:
 
 
 def _is_silent(signal: FloatArray, angle: FloatArray, n_orders: int) -> bool:
-    """Whether a channel stands still for a part of the turn, or is missing."""
+    """Whether a channel stands still for a quarter of the turn, or lacks half of it."""
     present = np.isfinite(signal)
-    if present.mean() < 1.0 - _MISSING_SHARE or too_sparse(angle[present], n_orders):
+    if present.mean() < 0.5 or too_sparse(angle[present], n_orders):
         return True
     changes = np.flatnonzero(np.diff(signal[present]) != 0.0)
     edges = np.concatenate([[-1], changes, [present.sum() - 1]])
-    return bool(np.diff(edges).max() > _CONSTANT_SHARE * signal.size)
-
-
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """Samples of one turn, and the file of the last of them."""
-
-    columns: dict[str, FloatArray]
-    file: str
+    return bool(np.diff(edges).max() > 0.25 * signal.size)
 
 
 @dataclass
@@ -221,8 +200,8 @@ class RevolutionSplitter:
     _n_waiting: int = 0
     _file: str = ""
 
-    def turns(self, columns: Columns, file: str = "") -> Iterator[Turn]:
-        """Samples of every turn that ends within the next piece.
+    def turns(self, columns: Columns, file: str = "") -> Iterator[tuple[Columns, str]]:
+        """Samples of every turn that ends within the next piece, and the file of the last of them.
 
         The first turn of a stream, and one across a gap, are shorter than a turn.
         """
@@ -236,23 +215,19 @@ class RevolutionSplitter:
         begins = np.flatnonzero(np.diff(np.floor(extended / (2.0 * np.pi))) != jumps)
         for k, (start, end) in enumerate(pairwise([0, *begins.tolist(), angle.size])):
             if k and self._waiting:
-                yield self._ended()
+                pieces, self._waiting, self._n_waiting = self._waiting, [], 0
+                turn = {name: np.concatenate([one[name] for one in pieces]) for name in pieces[0]}
+                yield turn, self._file
             if end > start:
                 self._wait({name: values[start:end].copy() for name, values in columns.items()})
                 self._file = file
 
-    def _ended(self) -> Turn:
-        """The turn that has ended."""
-        pieces = self._waiting
-        self._waiting, self._n_waiting = [], 0
-        columns = {name: np.concatenate([one[name] for one in pieces]) for name in pieces[0]}
-        return Turn(columns, self._file)
-
     def _wait(self, piece: dict[str, FloatArray]) -> None:
         self._n_waiting += piece["carrier_angle"].size
         self._waiting.append(piece)
-        if self._n_waiting > MOST_SAMPLES:
-            # Of a turn that takes too long, the last sample says where the next one begins.
+        if self._n_waiting > 1_000_000:
+            # A turbine that stands still fills no memory: the last sample says where the next turn
+            # begins.
             self._waiting = [{name: values[-1:].copy() for name, values in piece.items()}]
 
 
@@ -284,9 +259,8 @@ def rim_baseline(
     parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] = diagnosis["parameters"]
     named = diagnosis["effects"] if diagnosis["verdict"].startswith("named") else ()
     terms: list[Term] = []
-    gains: dict[str, float] = {}
-    moves: dict[str, float] = {}
     unknown: list[str] = []
+    of_channels: dict[str, dict[str, float]] = {"sensor_gain": {}, "sensor_angle": {}}
     delay = 0.0
     for name in (*(() if is_columns else header.baseline.effects), *named):
         values = {key: float(of["value"]) for key, of in parameters.get(name, {}).items()}
@@ -303,17 +277,16 @@ def rim_baseline(
                 unknown += without
         elif name == "sensor_delay":
             delay = values.get("tau", 0.0)
-        else:
-            of_channel = {"sensor_gain": gains, "sensor_angle": moves}.get(name, {})
-            of_channel |= {key.partition("_")[2]: value for key, value in values.items()}
+        elif name in of_channels:
+            of_channels[name] |= {key.partition("_")[2]: value for key, value in values.items()}
     return RimBaseline(
         channels=tuple(header.channels),
         rig=rig,
         effects=effects,
         terms=tuple(terms),
         has_predictions=is_columns,
-        gains=gains,
-        moves=moves,
+        gains=of_channels["sensor_gain"],
+        moves=of_channels["sensor_angle"],
         delay=delay,
         unknown=tuple(unknown),
     )
@@ -322,8 +295,7 @@ def rim_baseline(
 def _term(effect: Effect, published: Mapping[str, float]) -> tuple[Term, list[str]]:
     """Effect with its published values, and the parameters without one, which are zero."""
     # Size and angle of a vector are its components.
-    values = []
-    unknown = []
+    values, unknown = [], []
     for parameter in effect.parameters:
         pair = parameter.pair
         value = published.get(parameter.name, np.nan)

@@ -56,6 +56,9 @@ def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: st
     ValueError where the file is no state, damaged, of a newer version, or of another baseline or
     other options.
     """
+    expected = (
+        "expected the file that carrierflex watch wrote: move it, or choose another folder by --out"
+    )
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
@@ -63,8 +66,7 @@ def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: st
         stated = header["format"], header["version"], header["key"]
     except _BAD as error:
         raise ValueError(
-            f"{path}: is no state of a watch ({_reason(error)}); expected the file "
-            "that carrierflex watch wrote: move it, or choose another folder by --out"
+            f"{path}: is no state of a watch ({_reason(error)}); {expected}"
         ) from error
     if stated[:2] != (FORMAT, VERSION):
         raise ValueError(
@@ -80,10 +82,7 @@ def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: st
     try:
         return _watch(arrays, header, TurbineWatch(baseline, options))
     except _BAD as error:
-        raise ValueError(
-            f"{path}: is damaged ({_reason(error)}); expected the file that carrierflex watch "
-            "wrote: move it, or choose another folder by --out"
-        ) from error
+        raise ValueError(f"{path}: is damaged ({_reason(error)}); {expected}") from error
 
 
 def _reason(error: Exception) -> str:
@@ -117,13 +116,13 @@ def _watch(
     watch.recent = {name: like(f"recent_{name}", values) for name, values in watch.recent.items()}
     if "noise_mean" in arrays:
         p, C = watch.baseline.shape
-        shapes = {"mean": (p, C), "memory": (p,), "covariance": (p, C, C)}
+        noise = RevolutionNoise(np.zeros((p, C)), np.zeros(p), np.zeros((p, C, C)))
         watch.noise = RevolutionNoise(
-            **{name: like(f"noise_{name}", np.zeros(shape)) for name, shape in shapes.items()}
+            **{name: like(f"noise_{name}", of) for name, of in vars(noise).items()}
         )
-        fields = vars(watch.test.begin())
+        state = watch.test.begin()
         watch.state = DetectorState(
-            **{name: like(f"state_{name}", values) for name, values in fields.items()}
+            **{name: like(f"state_{name}", of) for name, of in vars(state).items()}
         )
     watch.alarms = TypeAdapter(list[Alarm]).validate_python(header["alarms"])
     return watch

@@ -29,11 +29,11 @@ SETTLING = 50
 _SILENT = 3
 #: Revolutions that are kept for the change point at least.
 _RECENT = 256
-_SECONDS_A_DAY, _SECONDS_AN_HOUR = 86400.0, 3600.0
+_SECONDS_A_DAY = 86400.0
 #: Change of the mean torque, over nominal, or of the radial load, over the torque's force at the
 #: sensor circle, that is another load.
 _OTHER_LOAD = 0.1
-READS_AGAIN = "channel_reads_again"
+READS_AGAIN: Literal["channel_reads_again"] = "channel_reads_again"
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,9 @@ class TurbineWatch:
         p, C = self.baseline.shape
         if not self.recent:
             n = max(_RECENT, self.options.learn)
-            self.recent = {
-                "residual": np.zeros((n, p, C)),
-                "predicted": np.zeros((n, p, C)),
-                "scatter": np.zeros((n, C)),
-                "loads": np.zeros((n, 4)),
-                "times": np.zeros((n, 2)),
-            }
+            shapes = {"residual": (p, C), "predicted": (p, C), "scatter": (C,)}
+            shapes |= {"loads": (4,), "times": (2,)}
+            self.recent = {name: np.zeros((n, *shape)) for name, shape in shapes.items()}
             self.silent = np.zeros(C, dtype=np.int64)
             self.masked = np.zeros(C, dtype=np.bool_)
             self.n_needed = self.options.learn
@@ -157,16 +153,9 @@ class TurbineWatch:
         """Put a revolution among the last ones, unless a channel has just fallen silent in it."""
         if (one.is_silent & ~self.masked).any():
             return
-        values = {
-            "residual": one.residual,
-            "predicted": one.predicted,
-            "scatter": one.scatter,
-            "loads": one.loads,
-            "times": np.array([one.start, one.end]),
-        }
-        row = self.n_recent % len(self.recent["loads"])
-        for name, value in values.items():
-            self.recent[name][row] = value
+        values = vars(one) | {"times": (one.start, one.end)}
+        for name, rows in self.recent.items():
+            rows[self.n_recent % len(rows)] = values[name]
         self.n_recent += 1
 
     def _last(self, name: str, n: int) -> FloatArray:
@@ -184,24 +173,21 @@ class TurbineWatch:
             return None
         self.masked = np.where(turned, one.is_silent, self.masked)
         self.silent = np.where(turned, 0, self.silent)
-        names = [self.baseline.channels[c].name for c in np.flatnonzero(turned)]
-        kind: Literal["silent_channel", "channel_reads_again"]
-        kind = "silent_channel" if one.is_silent[turned].any() else "channel_reads_again"
-        if kind == READS_AGAIN or self.is_learning:
+        is_silent = bool(one.is_silent[turned].any())
+        if self.is_learning or not is_silent:
             # A channel is another one, or is missing from now on.
             self.noise, self.state = None, None
             self.n_needed = self.options.learn
-        before = self._regime(self._last("loads", SETTLING), one.loads)
         return Alarm(
-            kind=kind,
+            kind="silent_channel" if is_silent else READS_AGAIN,
             revolution=self.n_revolutions,
             since=self.n_revolutions - _SILENT + 1,
             file=self.file,
             time=one.end,
             since_time=one.start - (_SILENT - 1) * 2.0 * np.pi / one.loads[3],
-            channels=names,
+            channels=[self.baseline.channels[c].name for c in np.flatnonzero(turned)],
             regime=self._regime(one.loads[None], one.loads),
-            before=before,
+            before=self._regime(self._last("loads", SETTLING), one.loads),
         )
 
     def _learned(self) -> None:
@@ -233,7 +219,7 @@ class TurbineWatch:
         """The test of this turbine."""
         assert self.noise is not None
         drift = self.options.drift * self.floor
-        drift *= _SECONDS_A_DAY / self.revolutions_a_day / _SECONDS_AN_HOUR
+        drift *= _SECONDS_A_DAY / self.revolutions_a_day / 3600.0
         return ChangeTest(
             memory=self.noise.memory[None],
             covariance=self.noise.covariance[None],
@@ -250,11 +236,16 @@ class TurbineWatch:
         result[0] = [channel.quantity == "axial_displacement" for channel in self.baseline.channels]
         return result / max(float(np.linalg.norm(result)), 1.0)
 
+    def _reference(self) -> FloatArray:
+        """Mean vector without a change, shape (p, C)."""
+        assert self.noise is not None
+        assert self.state is not None
+        return self.noise.mean + float(self.state.offset[0]) * self.common_offset
+
     def _tested(self, one: Revolution) -> Alarm | None:
         assert self.noise is not None
         assert self.state is not None
-        offset = float(self.state.offset[0])
-        reference = self.noise.mean + offset * self.common_offset
+        reference = self._reference()
         deviation = np.where(self.masked, 0.0, one.residual - self.noise.mean)
         self.state = self.test.advanced(self.state, deviation[None])
         if self.state.evidence[0] < self.threshold:
@@ -277,19 +268,19 @@ class TurbineWatch:
         change = residual[first:].mean(axis=0)
         size = float(np.linalg.norm(change))
         std = float(np.sqrt(self.noise.variance_along(change / size, n)))
-        loads, times = self._last("loads", n), self._last("times", n)
+        loads = self._last("loads", n)
         expected = reference + self._last("predicted", n).mean(axis=0)
-        earlier = self._last("loads", n + SETTLING)[:-n]
         what = named_change(change, n, self.noise, self.baseline, expected, loads.mean(axis=0))
-        before = self._regime(earlier, one.loads)
+        before = self._regime(self._last("loads", n + SETTLING)[:-n], one.loads)
         after = self._regime(loads, one.loads)
+        largest = max(after.radial_load, before.radial_load)
         return Alarm(
             kind="change",
             revolution=self.n_revolutions,
             since=self.n_revolutions - n + 1,
             file=self.file,
             time=one.end,
-            since_time=float(times[0, 0]),
+            since_time=float(self._last("times", n)[0, 0]),
             change=what,
             size=size,
             size_ci95=(max(size - NORMAL_95 * std, 0.0), size + NORMAL_95 * std),
@@ -298,8 +289,7 @@ class TurbineWatch:
             regime=after,
             before=before,
             is_other_load=abs(after.torque - before.torque) > _OTHER_LOAD
-            or abs(after.radial_load - before.radial_load)
-            > _OTHER_LOAD * max(after.radial_load, before.radial_load),
+            or abs(after.radial_load - before.radial_load) > _OTHER_LOAD * largest,
             evidence=evidence,
         )
 
@@ -308,10 +298,9 @@ class TurbineWatch:
 
         Empty while the reference is learnt.
         """
-        if self.noise is None or self.state is None or self.n_needed or self.n_recent < n:
+        if self.state is None or self.n_needed or self.n_recent < n:
             return np.zeros(0)
-        reference = self.noise.mean + float(self.state.offset[0]) * self.common_offset
-        x = np.where(self.masked, 0.0, self._last("residual", _RECENT) - reference)
+        x = np.where(self.masked, 0.0, self._last("residual", _RECENT) - self._reference())
         sums = np.cumsum(np.concatenate([np.zeros_like(x[:1]), x]), axis=0)
         return np.asarray(np.linalg.norm((sums[n:] - sums[:-n]) / n, axis=(1, 2)))
 

@@ -202,10 +202,9 @@ def test_effects_are_called_by_their_names_in_every_sentence(element, page):
     assert not re.search(r"[a-z]+_(stiffness|friction|damping)", Text(page).text)
 
 
-def test_a_template_without_its_content_is_refused(element, monkeypatch):
-    monkeypatch.setattr(report, "_content", lambda data: {})
+def test_a_template_without_its_content_is_refused():
     with pytest.raises(jinja2.UndefinedError):
-        page_of(*element)
+        report.rendered_page("report.html.j2", {})
 
 
 def without_figures(diagnosis):

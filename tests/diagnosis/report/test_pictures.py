@@ -9,7 +9,6 @@ from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
     REMAINDER,
-    Trace,
     is_function,
     strip_means,
 )
@@ -195,15 +194,6 @@ def test_figures_scale_their_units(cubic):
     assert_allclose(
         np.abs(points[:, 0]).max(), 1e3 * np.abs(traces(picture.panels[0])[GAP].x).max()
     )
-
-
-def test_bad_traces_are_refused():
-    with pytest.raises(
-        ValueError, match="trace of role 'measured'; expected one of gap, law, left"
-    ):
-        Trace("measured", np.zeros(2), np.zeros(2))
-    with pytest.raises(ValueError, match="expected one length n"):
-        Trace(GAP, np.zeros(2), np.zeros(3))
 
 
 def test_pictures_and_overlays_of_a_carrier_keep_no_turns_twice():

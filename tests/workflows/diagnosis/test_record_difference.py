@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.report.diagnosis_files import FORMAT, VERSION
-from carrierflex.diagnosis.report.gap_change import digest_of_records
 from carrierflex.workflows.diagnosis import compare_diagnoses
+from carrierflex.workflows.diagnosis.gap_change import digest_of_records
 from tests.workflows.checked_documents import checked_document
 
 FLOOR = 5e-6

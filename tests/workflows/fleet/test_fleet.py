@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
+from carrierflex.workflows.diagnosis.fleet_sizes import CampaignRow, CauseSize
 from carrierflex.workflows.fleet.fleet import fleet_diagnosis
 from carrierflex.workflows.fleet.fleet_page import fleet_page, fleet_sentences
 

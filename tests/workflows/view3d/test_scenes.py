@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.report.rim_motion_files import RimMotion, RimSignal
 from carrierflex.fe.carrier_curves import flexible_cases
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.versions import provenance
@@ -17,6 +16,7 @@ from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.view3d.body_scene import body_scene
 from carrierflex.workflows.view3d.circles import directions
 from carrierflex.workflows.view3d.curve_scene import curve_scene
+from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from carrierflex.workflows.view3d.scene import feature_edges
 

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from carrierflex.diagnosis.report.rim_motion_files import read_rim_motion
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.view3d.rim_motion_files import read_rim_motion
 from tests.diagnosis.carrier.carrier_twin import LOADS, twin_campaign
 from tests.workflows.checked_documents import checked_document
 

@@ -23,8 +23,8 @@ def watched(columns, pieces=(), watch=None):
     n = columns["time"].size
     for first, end in zip([0, *pieces], [*pieces, n], strict=True):
         piece = {name: values[first:end] for name, values in columns.items()}
-        for turn in splitter.turns(piece):
-            watch.take(turn.columns, turn.file)
+        for turn, file in splitter.turns(piece):
+            watch.take(turn, file)
     return watch
 
 
@@ -199,9 +199,9 @@ def test_a_turbine_that_stands_still_or_jumps_fills_no_memory_and_raises_no_alar
     later["time"] = later["time"] + 2000.0
     splitter, watch = RevolutionSplitter(), TurbineWatch(BASELINE, OPTIONS)
     for piece in (first, *[still | {"time": still["time"] + 400.0 * k} for k in range(4)], later):
-        for turn in splitter.turns(piece):
-            assert turn.columns["time"].size < 1_000_000
-            watch.take(turn.columns)
+        for turn, _ in splitter.turns(piece):
+            assert turn["time"].size < 1_000_000
+            watch.take(turn)
     assert watch.alarms == []
     assert watch.n_revolutions >= N - 4
 

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.report.fleet_sizes import GAP, RMS, campaign_row, shown_size, size_name
+from carrierflex.workflows.diagnosis.fleet_sizes import (
+    GAP,
+    RMS,
+    campaign_row,
+    shown_size,
+    size_name,
+)
 
 FLOOR, EXCESS = 3e-6, 4e-6
 

@@ -21,18 +21,10 @@ from carrierflex.identification.campaign.campaign import Campaign
 
 RIM_MOTION_FILE = "rim_motion.json"
 _FORMAT, _VERSION = "carrierflex-rim-motion", 1
-#: Every so many samples of the mean turn are written: 90 a turn, and its highest order is 12.
-_STEP = 2
-#: Digits of the samples: a millionth of the signal.
-_DIGITS = 6
-_MOST_BYTES = 50_000_000
 #: Signals that are written: some 5 kB each, and 40 kB of memory while they are.
 _MOST_SIGNALS = 2000
-_MOST_SAMPLES = 10_000
 #: Readings in the file's unit lie below, so that their squares are numbers.
 _LARGEST = 1e100
-_MOST_PINS = 100
-_DIRECTIONS = ("axial", "radial")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +74,8 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
         channel = channels[before.channel]
         if channel.angle is None or before.run not in chosen:
             continue
-        one_turn = slice(0, before.x.size - 1, _STEP)
+        # 90 samples of a turn, whose highest order is 12.
+        one_turn = slice(0, before.x.size - 1, 2)
         signals.append(
             RimSignal(
                 run=before.run,
@@ -107,13 +100,9 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
 def _chosen_runs(campaign: Campaign) -> set[str]:
     """Names of the runs that are kept: the first of every condition, then the second of each."""
     most = max(1, _MOST_SIGNALS // len(campaign.channels))
-    met: dict[str, int] = {}
-    ranked = []
-    for run in campaign.runs:
-        met[run.condition] = met.get(run.condition, 0) + 1
-        ranked.append((met[run.condition], run.name))
-    ranked.sort(key=lambda entry: entry[0])
-    return {name for _, name in ranked[:most]}
+    conditions = [run.condition for run in campaign.runs]
+    nth = [conditions[:k].count(condition) for k, condition in enumerate(conditions)]
+    return {campaign.runs[k].name for k in np.argsort(nth, kind="stable")[:most]}
 
 
 _SIGNAL = json_table(
@@ -154,12 +143,13 @@ def write_rim_motion(path: Path, motion: RimMotion) -> None:
 
 
 def _shortened(values: FloatArray) -> list[float]:
-    return [float(f"{value:.{_DIGITS}g}") for value in values]
+    """Values with six digits: a millionth of the signal."""
+    return [float(f"{value:.6g}") for value in values]
 
 
 def read_rim_motion(path: Path) -> RimMotion:
     """Read rim_motion.json."""
-    document = read_document(path, f"a {RIM_MOTION_FILE}", _FORMAT, _VERSION, _MOST_BYTES)
+    document = read_document(path, f"a {RIM_MOTION_FILE}", _FORMAT, _VERSION, 50_000_000)
     try:
         return _motion(document)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -168,31 +158,27 @@ def read_rim_motion(path: Path) -> RimMotion:
 
 
 def _motion(document: Mapping[str, Any]) -> RimMotion:
-    n_planets = int(document["n_planets"])
     n = len(document["carrier_angle_deg"])
-    if not 0 < n_planets <= _MOST_PINS:
-        raise ValueError(f"key 'n_planets' is {n_planets}")
-    if not 0 < n <= _MOST_SAMPLES or not document["signals"]:
+    if not 0 < n <= 10_000 or not document["signals"]:
         raise ValueError("key 'signals' holds nothing to draw")
-    radius = float(document["radius"])
-    if not 0.0 < radius < np.inf:
-        raise ValueError(f"key 'radius' is {radius}")
-    return RimMotion(
-        campaign=str(document["campaign"]),
-        unit=str(document["unit"]),
-        n_planets=n_planets,
-        radius=radius,
-        effects=tuple(str(effect) for effect in document["effects"]),
-        signals=tuple(_signal(entry, n) for entry in document["signals"]),
-    )
+    signals = [
+        {**entry, "sensor_angle": float(np.deg2rad(float(entry["sensor_angle_deg"])))}
+        for entry in document["signals"]
+    ]
+    motion: RimMotion = restored(RimMotion, {**document, "signals": signals})
+    if not 0 < motion.n_planets <= 100:
+        raise ValueError(f"key 'n_planets' is {motion.n_planets}")
+    if not 0.0 < motion.radius < np.inf:
+        raise ValueError(f"key 'radius' is {motion.radius}")
+    for signal in motion.signals:
+        _check(signal, n)
+    return motion
 
 
-def _signal(entry: Mapping[str, Any], n: int) -> RimSignal:
-    sensor_angle = float(np.deg2rad(float(entry["sensor_angle_deg"])))
-    signal: RimSignal = restored(RimSignal, {**entry, "sensor_angle": sensor_angle})
-    if signal.direction not in _DIRECTIONS:
+def _check(signal: RimSignal, n: int) -> None:
+    if signal.direction not in ("axial", "radial"):
         raise ValueError(f"key 'direction' is {shown(signal.direction)}")
-    if not np.isfinite(sensor_angle):
+    if not np.isfinite(signal.sensor_angle):
         raise ValueError("key 'sensor_angle_deg' is not finite")
     for key in ("measured", "simulated", "with_effects"):
         values = getattr(signal, key)
@@ -200,4 +186,3 @@ def _signal(entry: Mapping[str, Any], n: int) -> RimSignal:
             raise ValueError(
                 f"key '{key}' has shape {values.shape}, not {n} numbers below {_LARGEST:g}"
             )
-    return signal

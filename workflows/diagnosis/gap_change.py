@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,19 +15,13 @@ from carrierflex.diagnosis.inference.results import NO_INTERVAL, BlockScore, Int
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
 from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import listed, percent, position_of, ratio
-from carrierflex.files.json_files import plain
+from carrierflex.diagnosis.report.words import capitalised, listed, percent, position_of, ratio
 from carrierflex.files.quantities import sized
 from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.resampling import two_level_counts
-
-#: A cell of the gap map: run, pattern or channel, order.
-_CellKey = tuple[str, str, float]
-#: A block of a run.
-_BlockKey = tuple[str, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +37,8 @@ class DiagnosisSide:
     causes: Annotated[tuple[str, ...], "Named effects, or classes where no effect is named"]
     rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
     noise_floor: Annotated[float, "RMS of the noise [unit]"]
-    blocks: Annotated[Mapping[_BlockKey, BlockScore], "Held-out gap by block"]
-    cells: Annotated[Mapping[_CellKey, GapCell], "Gap map"]
+    blocks: Annotated[Mapping[tuple[str, int], BlockScore], "Held-out gap by block"]
+    cells: Annotated[Mapping[tuple[str, str, float], GapCell], "Gap map"]
     runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
@@ -78,21 +72,20 @@ def read_side(folder: Path) -> DiagnosisSide:
 
 def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
     far, unknown = document["how_far"], {"share": None, "share_ci95": NO_INTERVAL}
-    named = restored(tuple[str, ...], document["effects"])
-    of_class = tuple(restored(str, finding["id"]) for finding in document["classes"])
+    stated = {
+        "folder": folder,
+        "measured": document["records"]["measured"],
+        "causes": document["effects"] or [finding["id"] for finding in document["classes"]],
+        "rms": far["rms_before"],
+        "noise_floor": far["noise_floor"],
+        **{key: {} for key in ("blocks", "cells", "runs")},
+    }
+    side: DiagnosisSide = restored(DiagnosisSide, {**document, **stated})
     blocks = restored(tuple[BlockScore, ...], document["held_out"])
     cells = restored(tuple[GapCell, ...], [cell | unknown for cell in document["where"]])
     runs = restored(tuple[RunValidation, ...], document["validation"])
-    return DiagnosisSide(
-        folder=folder,
-        campaign=restored(str, document["campaign"]),
-        kind=restored(str, document["kind"]),
-        unit=restored(str, document["unit"]),
-        verdict=restored(str, document["verdict"]),
-        measured=restored(str, document["records"]["measured"]),
-        causes=named or of_class,
-        rms=restored(float, far["rms_before"]),
-        noise_floor=restored(float, far["noise_floor"]),
+    return replace(
+        side,
         blocks={(row.run, row.block): row for row in blocks},
         cells={(row.run, row.channel_pattern, row.order): row for row in cells},
         runs={row.run: row for row in runs},
@@ -105,13 +98,6 @@ _SMALLER = "smaller"
 _SAME = "same"
 _LARGER = "larger"
 _NEW = "new"
-
-#: A change is one beyond so many noises of the cell and this share of its larger size: what the
-#: baseline's own parameters take up is refitted beside the change, and moves its neighbours.
-_NOISES = 2.0
-_LEAST_SHARE = 0.1
-_DRAWS = 1000
-_SEED = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +155,7 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
     """Compare two diagnoses; ValueError where kind, unit, records or blocks differ."""
     _refuse_different(before, after)
     ratio, interval = _ratio(before, after)
-    noise = before.noise_floor**2
-    above = before.rms**2 - noise
+    above = before.rms**2 - before.noise_floor**2
     taken = before.rms**2 - after.rms**2
     return GapChange(
         before=before,
@@ -192,10 +177,8 @@ def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
 
 def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
     about = f"{before.folder} and {after.folder}"
-    for what, first, second in (
-        ("kind", before.kind, after.kind),
-        ("unit", before.unit, after.unit),
-    ):
+    for what in ("kind", "unit"):
+        first, second = (getattr(side, what) for side in (before, after))
         if first != second:
             raise ValueError(
                 f"{about}: their {what} is {first} and {second}; expected two diagnoses of one "
@@ -207,31 +190,25 @@ def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
             f"records ({before.measured[:12]} and {after.measured[:12]}); expected two diagnoses "
             "of one measurement: same samples, windows and conditions"
         )
-    if _sizes(before) != _sizes(after):
+    samples = [{key: of.samples for key, of in side.blocks.items()} for side in (before, after)]
+    if samples[0] != samples[1]:
         raise ValueError(
             f"{about}: their records are scored in different blocks; expected two diagnoses of "
             "one version of the program: diagnose both again"
         )
 
 
-def _sizes(side: DiagnosisSide) -> dict[_BlockKey, int]:
-    return {key: block.samples for key, block in side.blocks.items()}
-
-
 def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval]:
     """RMS after over before with its interval; the same blocks are drawn of both."""
-    keys = list(before.blocks)
-    squares = [
-        np.array([side.blocks[key].samples * side.blocks[key].mean_square for key in keys])
-        for side in (before, after)
-    ]
-    totals = [float(square.sum()) for square in squares]
+    scores = [[side.blocks[key] for key in before.blocks] for side in (before, after)]
+    squares = np.array([[one.samples * one.mean_square for one in of_side] for of_side in scores])
+    totals = squares.sum(axis=1)
     if not totals[0] > 0.0:
         return float("nan"), NO_INTERVAL
     counts = two_level_counts(
-        [before.blocks[key].condition for key in keys],
-        n_samples=_DRAWS,
-        rng=np.random.default_rng(_SEED),
+        [one.condition for one in before.blocks.values()],
+        n_samples=1000,
+        rng=np.random.default_rng(17),
     )
     drawn = [counts @ square for square in squares]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -241,37 +218,25 @@ def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval
 
 def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellChange]:
     for key in dict.fromkeys((*before.cells, *after.cells)):
-        old = before.cells.get(key)
-        new = after.cells.get(key)
-        is_real = [cell is not None and cell.p_value < SIGNIFICANCE for cell in (old, new)]
-        if any(is_real):
-            yield _cell_change(key, old, new, is_real)
+        pair = [side.cells.get(key) for side in (before, after)]
+        is_real = [cell is not None and cell.p_value < SIGNIFICANCE for cell in pair]
+        if not any(is_real):
+            continue
+        rms = [0.0 if cell is None else _root(cell.coherent) for cell in pair]
+        known = [cell for cell in pair if cell is not None]
+        u = max(_root(cell.mean_square - cell.coherent) for cell in known)
+        # What the baseline's own parameters take up is refitted, and moves a cell's neighbours.
+        least = max(2.0 * u, 0.1 * max(rms))
+        what = _SAME
+        if rms[1] < rms[0] - least:
+            what = _SMALLER if is_real[1] else _GONE
+        elif rms[1] > rms[0] + least:
+            what = _LARGER if is_real[0] else _NEW
+        yield CellChange(*key, rms[0], rms[1], u, what, known[0].frequency_hz)
 
 
-def _cell_change(
-    key: _CellKey, old: GapCell | None, new: GapCell | None, is_real: list[bool]
-) -> CellChange:
-    rms = [_above_noise(cell) for cell in (old, new)]
-    u = max(_noise(cell) for cell in (old, new))
-    what = _SAME
-    least = max(_NOISES * u, _LEAST_SHARE * max(rms))
-    if rms[1] < rms[0] - least:
-        what = _SMALLER if is_real[1] else _GONE
-    elif rms[1] > rms[0] + least:
-        what = _LARGER if is_real[0] else _NEW
-    known = old or new
-    run, pattern, order = key
-    return CellChange(
-        run, pattern, order, rms[0], rms[1], u, what, known.frequency_hz if known else None
-    )
-
-
-def _above_noise(cell: GapCell | None) -> float:
-    return 0.0 if cell is None else float(np.sqrt(max(cell.coherent, 0.0)))
-
-
-def _noise(cell: GapCell | None) -> float:
-    return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
+def _root(square: float) -> float:
+    return float(np.sqrt(max(square, 0.0)))
 
 
 _SIDE = json_table(
@@ -324,17 +289,16 @@ def first_sentence(change: GapChange) -> str:
 
 def causes_sentence(change: GapChange) -> str:
     """Causes that are named before and after."""
-    clauses = []
-    if change.solved:
-        clauses.append(f"no longer missing: {_names(change.solved)}")
-    if change.remaining:
-        clauses.append(f"still missing: {_names(change.remaining)}")
-    if change.added:
-        clauses.append(f"missing now, not named before: {_names(change.added)}")
-    if not clauses:
-        return "Neither diagnosis names a cause."
-    text = "; ".join(clauses)
-    return f"{text[:1].upper()}{text[1:]}."
+    clauses = [
+        f"{words}: {listed([plain_name(cause) for cause in causes])}"
+        for words, causes in (
+            ("no longer missing", change.solved),
+            ("still missing", change.remaining),
+            ("missing now, not named before", change.added),
+        )
+        if causes
+    ]
+    return f"{capitalised('; '.join(clauses) or 'neither diagnosis names a cause')}."
 
 
 def cells_sentence(change: GapChange) -> str:
@@ -351,26 +315,16 @@ def _cell_name(cell: CellChange) -> str:
 
 def change_document(change: GapChange) -> dict[str, Any]:
     """Content of comparison.json."""
-    sides = {
-        name: json_content(_SIDE, side)
-        for name, side in (("before", change.before), ("after", change.after))
-    }
-    document: dict[str, Any] = plain(
-        json_content(
-            COMPARISON,
-            change,
-            change.before,
-            software=software_name(),
-            text=first_sentence(change),
-            causes=json_content(_CAUSES, change),
-            **sides,
-        )
+    return json_content(
+        COMPARISON,
+        change,
+        change.before,
+        software=software_name(),
+        text=first_sentence(change),
+        causes=json_content(_CAUSES, change),
+        before=json_content(_SIDE, change.before),
+        after=json_content(_SIDE, change.after),
     )
-    return document
-
-
-def _names(causes: Sequence[str]) -> str:
-    return listed([plain_name(cause) for cause in causes])
 
 
 def _cells(cells: Sequence[CellChange]) -> str:

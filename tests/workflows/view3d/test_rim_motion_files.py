@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
-from carrierflex.diagnosis.report.rim_motion_files import (
+from carrierflex.workflows.view3d.rim_motion_files import (
     RimMotion,
     read_rim_motion,
     rim_motion,
@@ -89,7 +89,7 @@ def test_a_campaign_without_a_rim_has_none():
 
 
 def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeypatch):
-    where = "carrierflex.diagnosis.report.rim_motion_files._MOST_SIGNALS"
+    where = "carrierflex.workflows.view3d.rim_motion_files._MOST_SIGNALS"
     conditions = {"A1": "a", "A2": "a", "A3": "a", "B1": "b", "B2": "b"}
     diagnosis = SimpleNamespace(
         campaign="twin",

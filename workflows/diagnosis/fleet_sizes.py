@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.words import parameter_words, shown_unit
@@ -22,8 +23,6 @@ RMS = "rms"
 FAILED = "error"
 #: Parameters that are directions have no size; those of one run say nothing of a turbine.
 _DIRECTION, _OF_RUN = "theta", " of "
-#: Findings that are about the model: a carrier that is not as drawn, a prior that is contradicted.
-_OF_THE_MODEL = ("drawing", "prior")
 _DRAWS, _SEED = 400, 17
 
 
@@ -108,7 +107,8 @@ def campaign_row(
         faults=tuple(
             f"{one['about']}: {one['text']}"
             for one in document["warnings"]
-            if one["check"] not in _OF_THE_MODEL
+            # Findings about the model: a carrier not as drawn, a prior that is contradicted.
+            if one["check"] not in ("drawing", "prior")
         ),
         first_fault="" if document["reason_id"] == FLOOR_UNKNOWN else document["reason_id"],
     )
@@ -127,25 +127,29 @@ def _gap_size(document: Mapping[str, Any]) -> Iterator[CauseSize]:
     counts = two_level_counts(conditions, n_samples=_DRAWS, rng=rng)
     drawn = (counts @ squares) / (counts @ samples) - floor**2
     square = max(float(squares.sum() / samples.sum()) - floor**2, 0.0)
-    of_square = float(drawn.std(ddof=1))
-    # Every condition once: what its loads do to the gap is alike in all records under it.
+    # Every condition once: what its loads do to the gap is alike in all records under it. In their
+    # order: a set of words has another one in every process, and so would the draws.
     alike = np.zeros_like(counts)
-    # In their order: a set of words has another one in every process, and so would the draws.
     for name in dict.fromkeys(conditions):
         members = np.flatnonzero(np.array(conditions) == name)
         alike[:, members] = two_level_counts([name] * members.size, n_samples=_DRAWS, rng=rng)
-    of_repeats = float(((alike @ squares) / (alike @ samples)).std(ddof=1))
     low, high = np.sqrt(np.maximum(np.quantile(drawn, INTERVAL), 0.0))
 
-    def of_root(std: float) -> float:
+    def std_of_root(draws: FloatArray) -> float:
         """By the root's derivative; where the square is within its error of zero, at that error."""
+        std = float(draws.std(ddof=1))
         return std / (2.0 * math.sqrt(max(square, std))) if std > 0.0 else math.nan
 
-    interval = (float(low), float(high))
     yield CauseSize(
-        GAP, RMS, math.sqrt(square), of_root(of_square), interval, document["unit"], False,
-        of_root(of_repeats),
-    )  # fmt: skip
+        cause=GAP,
+        parameter=RMS,
+        value=math.sqrt(square),
+        std=std_of_root(drawn),
+        ci95=(float(low), float(high)),
+        unit=document["unit"],
+        is_named=False,
+        repeat_std=std_of_root((alike @ squares) / (alike @ samples)),
+    )
 
 
 def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
@@ -155,12 +159,10 @@ def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
             value, std = _number(one["value"]), _number(one["std"])
             is_size = not parameter.startswith(_DIRECTION) and _OF_RUN not in parameter
             if is_size and math.isfinite(value) and math.isfinite(std) and std > 0.0:
-                is_named = cause in document["effects"]
-                interval = _interval(one["ci95"])
+                interval, is_named = _interval(one["ci95"]), cause in document["effects"]
                 noise = _number(one.get("sources", {}).get("noise"))
-                yield CauseSize(
-                    cause, parameter, value, std, interval, one["unit"], is_named, noise
-                )
+                sizes = (value, std, interval, one["unit"])
+                yield CauseSize(cause, parameter, *sizes, is_named, noise)
 
 
 def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSize | None:
@@ -171,8 +173,7 @@ def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSi
     value = math.sqrt(share) * gap.value
     of_share = (high - low) / (4.0 * NORMAL_95 * share)
     std = value * math.hypot(of_share, gap.std / gap.value)
-    half = NORMAL_95 * std
-    interval = (max(value - half, 0.0), value + half)
+    interval = (max(value - NORMAL_95 * std, 0.0), value + NORMAL_95 * std)
     return CauseSize(cause, RMS, value, std, interval, gap.unit, True)
 
 
