@@ -9,7 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
+from carrierflex.diagnosis.kind.problem_in_time import ModelInTime, MotionScale
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
@@ -43,26 +43,15 @@ _MOST_VALUES = 64
 
 
 @dataclass(frozen=True, eq=False)
-class ElementScale:
-    """Sizes of an element's motion and forces, its linear baseline, from the measured motion."""
+class ElementScale(MotionScale):
+    """RMS of the restoring force and the deflection; the linear baseline in force space."""
 
-    #: force, deflection, speed: RMS of the restoring force, the deflection and its rate
-    force: float
-    deflection: float
-    speed: float
+    speed: float  # RMS of the rate of the deflection
     #: m, K1, C1, f0: baseline by least squares in force space
     m: float
     K1: float
     C1: float
     f0: float
-
-    def of(self, powers: tuple[int, int, int]) -> float:
-        """Scale of a parameter with these powers of force, length and time."""
-        return float(
-            self.force ** powers[0]
-            * self.deflection ** powers[1]
-            * (self.deflection / self.speed) ** powers[2]
-        )
 
     def substeps(self, step: float) -> int:
         """Steps of integration between two samples `step` [s] apart."""

@@ -326,7 +326,7 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         by_force=drive in BY_FORCE,
         # Without a mass, forces are per mass.
         mass=1.0 if per_mass else mass,
-        scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
+        scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
         channels=(channel.name,),

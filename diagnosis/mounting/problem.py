@@ -149,7 +149,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         errors = declared_errors(self.model.known)
         scores = np.zeros((len(errors), theta.size))
         of_zeros = []
-        slopes = self.differenced(effects).slopes(theta, self.records)
+        slopes = self.slopes(effects, theta, self.records)
         for record, (_, changes) in zip(self.records, slopes, strict=True):
             by_parameter = changes.reshape(len(changes), -1)
             for e, error in enumerate(errors):
