@@ -101,7 +101,7 @@ def _refer(campaign: Path, out: Path) -> None:
 def _problem(folder: Path) -> ComparisonProblem:
     """Comparison problem of a campaign, with the curves that a diagnosis takes."""
     measured = read_campaign(folder)
-    problem, _ = problem_of(measured, campaign_curves(measured, folder))
+    problem = problem_of(measured, campaign_curves(measured, folder))
     return problem
 
 
