@@ -13,6 +13,8 @@ from functools import partial
 from itertools import combinations
 from types import MappingProxyType
 
+import numpy as np
+
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -20,7 +22,7 @@ from carrierflex.diagnosis.classes.results import (
     NO_CLASS,
     NOTHING,
 )
-from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.classes.shares import PairedShares, Shares
 
 #: Classes of an answer at most: five causes and an error of the sensors.
 _MOST_CLASSES = 6
@@ -292,24 +294,22 @@ def _in_best_way(
 
 def decide(
     scores: ClassScores,
-    shares: Shares,
     candidates: Sequence[str],
     *,
     inseparable: Sequence[str] = (),
     shows_two_causes: bool = True,
     shows_small_causes: bool = True,
+    floor_is_known: bool = True,
     drive_note: str = "",
-) -> Decision:
-    """Name the class, or the two, of an element that the held-out blocks show.
+) -> tuple[Shares, Decision]:
+    """Class, or the two, of an element that the held-out blocks show, and shares that judge it.
 
     Parameters
     ----------
     scores : ClassScores
         Held-out squares of any set.
-    shares : Shares
-        Gap, floor and scatter.
     candidates : sequence of str
-        Classes that the records can show, the coupled one left out.
+        Classes that the records can show.
     inseparable : sequence of str
         Classes that this drive shows only mixed with others: none of them is named, and where one
         explains clearly more than the answer, nothing is.
@@ -320,19 +320,25 @@ def decide(
         Whether the drive moves at so many frequencies that a second cause is seen by how much it
         takes of what the first leaves, however little that is; else no class is named where one
         would be seen.
+    floor_is_known : bool
+        Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
+        that was taken from what no class learns would make the best class right by definition.
     drive_note : str
         What the drive does not separate.
-
-    Returns
-    -------
-    Decision
-        Answer with its ties.
     """
+    table, limits = scores.table, scores.constants
+    # Where one line drives all runs, blocks of one level go round one curve: their ratios are one
+    # finding many times, and say nothing of how sure it is.
+    shares_of = PairedShares if shows_two_causes else Shares
+    floor = table.floor if floor_is_known else np.zeros_like(table.floor)
+    shares = shares_of(scores.of(()).squares, floor, limits)
+    surface = table.surface
+    candidates = [name for name in candidates if name != surface]
     # Every class comes in one way, and none is simpler than another.
     ways = dict.fromkeys(candidates, 1)
     decision = decide_by_shape(scores, shares, ways, most_classes=2)
     if decision.state == NOTHING:
-        return decision
+        return shares, decision
 
     def coupled(answer: Decision, *, shows_small_causes: bool) -> Decision:
         answer = _with_surface(scores, shares, answer, candidates)
@@ -344,7 +350,7 @@ def decide(
         decision = with_small
     else:
         decision = coupled(decision, shows_small_causes=False)
-    result, surface, limits = decision.squares, scores.table.surface, scores.constants
+    result = decision.squares
     is_single = len(decision.classes) == 1 and decision.classes != (surface,)
     holds_all = surface in decision.classes and not shows_small_causes
     gains = (
@@ -358,7 +364,8 @@ def decide(
     state = NO_CLASS if is_mixed or is_more else explained
     notes = (drive_note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
     note = "; ".join(text for text in notes if text)
-    return replace(decision, state=state, note=note, is_inseparable=state != explained)
+    is_inseparable = state != explained
+    return shares, replace(decision, state=state, note=note, is_inseparable=is_inseparable)
 
 
 def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:

@@ -8,13 +8,12 @@ import numpy as np
 from carrierflex.diagnosis.classes.answer import (
     ShapeOf,
     class_answer,
-    class_decision,
+    law_sets,
     without_classes,
 )
 from carrierflex.diagnosis.classes.columns import GroupColumns
-from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
+from carrierflex.diagnosis.classes.decision import Decision, decide, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -103,13 +102,13 @@ def answer_of_table(
     if not _shows_element(table, drive):
         scores = table.scores
         shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
-        laws = law_sets(scores, shares, (), model.cards)
-        return replace(without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT), law_sets=laws)
+        sets = law_sets(scores, shares, (), model.cards)
+        return without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT, sets)
     floor_is_known = not noise_note
     drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
 
     def decided(table: ElementTable) -> tuple[Shares, Decision]:
-        return class_decision(
+        return decide(
             table.scores,
             drive.candidates,
             floor_is_known=floor_is_known,
@@ -156,10 +155,9 @@ def answer_of_table(
         decision,
         drive.candidates,
         shape_of=shape_of(table),
+        simulated=model.cards,
         shows_laws=not (drive.is_one_line and _has_one_level(table)),
     )
-    laws = law_sets(table.scores, shares, (decision.classes, *decision.ties), model.cards)
-    answer = replace(answer, law_sets=laws)
     experiment = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(answer, experiment=experiment) if decision.is_inseparable else answer
 

@@ -22,7 +22,6 @@ from carrierflex.diagnosis.classes.decision import (
     way_of,
 )
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import NO_CLASS, NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.mounting.columns import ACTING
@@ -93,6 +92,7 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
         decision,
         rivals_of(scores, decision, table.sizes),
         shape_of=partial(measured_shape, table, shares, decision.classes),
+        simulated=table.model.cards,
         note=_separating_load(table, decision),
     )
     if all(shape_of(name) in LINEAR_MAPS for name in decision.classes):
@@ -103,8 +103,7 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
             for finding in answer.classes
         ):
             answer = replace(answer, state=NO_CLASS)
-    laws = law_sets(scores, shares, (decision.classes, *decision.ties), table.model.cards)
-    return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
+    return _in_contract_ids(replace(answer, same_scores=True))
 
 
 def _separating_load(table: MountingTable, decision: Decision) -> str:

@@ -33,7 +33,6 @@ from carrierflex.diagnosis.classes.decision import (
 )
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
@@ -451,12 +450,13 @@ def carrier_class_answer(
             None,
             law_of_carrier_class(scores, name, squares, classes.visited),
         ),
+        simulated=candidates,
         note="; ".join(notes),
     )
     # Laws with values by run say nothing of a condition that is held out.
     holding = _classes_holding(by_run)
     classes_of_law = {**answer.classes_of_law, **holding}
-    laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
+    laws = answer.law_sets
     # They are no columns of the table: each is fitted alone and beside others, unless the table has
     # their class and the answer does not (it has none of offsets that a baseline lacks).
     shown = {name for names in (decision.classes, *decision.ties) for name in names}

@@ -7,9 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import is_short
+from carrierflex.diagnosis.classes.decision import decide, is_short
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
@@ -47,7 +46,7 @@ def answer_of(table, candidates, **options):
 
 def decided(signal, options):
     table = toy_table(signal, COLUMNS, noise=0.01)
-    return class_decision(ClassScores(table, LIMITS), tuple(table.classes), **options)[1]
+    return decide(ClassScores(table, LIMITS), tuple(table.classes), **options)[1]
 
 
 def test_noise_alone_is_nothing():
@@ -206,7 +205,7 @@ def test_an_answer_falls_short_where_all_classes_explain_more_by_what_a_cause_wo
     def falls_short(third, **changed):
         table = toy_table(A + 0.5 * B + third * columns["c"].sum(axis=0), columns, noise=0.01)
         scores = ClassScores(replace(table, surface="", **changed), LIMITS)
-        shares, decision = class_decision(scores, ("a", "b", "c"))
+        shares, decision = decide(scores, ("a", "b", "c"))
         assert decision.classes == ("a", "b")
         return is_short(scores, shares, decision)
 

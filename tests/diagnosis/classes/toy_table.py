@@ -4,8 +4,9 @@ from itertools import combinations
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.answer import class_answer, class_decision
+from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import decide
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shares import Shares
@@ -103,7 +104,7 @@ def known_scores(causes, classes, *, fitted=np.inf, limits=None):
 
 def answer_of_scores(scores, candidates, *, shows_laws=True, **options):
     """Answer among some classes, without measured shapes."""
-    shares, decision = class_decision(scores, candidates, **options)
+    shares, decision = decide(scores, candidates, **options)
     return class_answer(
         scores,
         shares,
