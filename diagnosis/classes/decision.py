@@ -109,7 +109,7 @@ def decide_by_shape(
     pairs = list(combinations(sorted(first), 2))
     best_pair = _best(scores, pairs)
     results = [scores.of(classes) for classes in (*singles, best_pair)]
-    if is_nothing(scores, shares, results):
+    if _is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     if chooses_anew:
         enlarged = partial(_anew, scores, sizes, most_classes)
@@ -479,7 +479,7 @@ def state_of(shares: Shares, result: HeldOutSquares) -> str:
     return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
 
 
-def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
+def _is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
     """Whether there is no gap above the floor, or one that looks like coloured noise.
 
     `results` are what single classes and the best pair leave.

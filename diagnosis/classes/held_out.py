@@ -98,19 +98,8 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     """Coefficients c that minimise ``|target - columns c|² + c' P c``, some c >= 0.
 
     The free coefficients are projected out of the products first; what remains is a small problem
-    of non-negative least squares.
-
-    Parameters
-    ----------
-    products : ndarray, shape (1 + n, 1 + n)
-        Products of the target and the model's columns (:func:`products_of`).
-    model : ClassModel
-        Columns and penalty.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the order of the model's columns.
+    of non-negative least squares. `products`, shape (1 + n, 1 + n), are those of the target and
+    the model's columns (:func:`products_of`); c is in the order of these, shape (n,).
 
     References
     ----------

@@ -7,27 +7,25 @@ from functools import partial
 import numpy as np
 
 from carrierflex.diagnosis.classes.columns import (
+    N_PRONY,
     GroupColumns,
     SplineBasis,
     basis_over,
+    curved_speed,
     dahl_friction,
     difference_penalty,
+    relaxation_times,
     relaxing_branches,
+    step_at_rest,
     stops,
+    straight_speed,
+    time_splines,
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.signatures import contained_columns
-from carrierflex.diagnosis.kind.motion_columns import (
-    N_PRONY,
-    curved_speed,
-    relaxation_times,
-    step_at_rest,
-    straight_speed,
-    time_splines,
-)
 from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.law_forces import ElementLaw

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import gamma
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.columns import curved_speed, step_at_rest
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -24,8 +25,8 @@ from carrierflex.diagnosis.classes.shapes import (
     drawn_coefficients,
     fitted_law,
     half_step,
+    in_unit,
     law_of_class,
-    length_words,
     loop_spring,
     shape_words,
     slope_beside_rest,
@@ -52,7 +53,6 @@ from carrierflex.diagnosis.element.columns import (
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.table import CLASS_GROUPS, ElementTable
-from carrierflex.diagnosis.kind.motion_columns import curved_speed, step_at_rest
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
@@ -292,7 +292,7 @@ def _surface_shape(
     middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in drawn]
     drawn -= np.array(middles)[..., None]
     lower, upper = (
-        BesideCurve(f"at {length_words(place, length)}", v, y[0], band_of(y[0], y[1:]))
+        BesideCurve(f"at {in_unit(place, length)}", v, y[0], band_of(y[0], y[1:]))
         for place, y in zip(deflections, drawn, strict=True)
     )
     shape = MeasuredShape(

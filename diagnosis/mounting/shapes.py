@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -32,7 +33,6 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.kind.motion_columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
 from carrierflex.diagnosis.mounting.model import KIND, MountingModel
 from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions
