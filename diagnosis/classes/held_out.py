@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise, product
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
@@ -75,23 +74,8 @@ def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
 
     Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n).
     """
-    columns_of_table = np.concatenate([[0], model.columns])
-    chosen_products = np.empty((*gram.shape[:-2], columns_of_table.size, columns_of_table.size))
-    # Groups stand together in a table: slices are copied several times as fast as single places.
-    spans = _stretches(np.arange(columns_of_table.size), columns_of_table)
-    for (rows, from_rows), (columns, from_columns) in product(spans, repeat=2):
-        chosen_products[..., rows, columns] = gram[..., from_rows, from_columns]
-    return chosen_products
-
-
-def _stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
-    """Pairs of places as slices, each of pairs that follow each other on both sides."""
-    cuts = np.flatnonzero((np.diff(first) != 1) | (np.diff(second) != 1)) + 1
-    ends = pairwise([0, *cuts.tolist(), first.size])
-    return [
-        (slice(int(first[a]), int(first[b - 1]) + 1), slice(int(second[a]), int(second[b - 1]) + 1))
-        for a, b in ends
-    ]
+    columns = np.concatenate([[0], model.columns])
+    return gram.take(columns, axis=-2).take(columns, axis=-1)
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:

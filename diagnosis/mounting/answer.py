@@ -80,17 +80,17 @@ _WORDS = {
 
 def answer_of_table(table: MountingTable) -> ClassAnswer:
     """Answer by class of a table."""
-    scores = table.scores
+    scores, sizes = table.scores, table.table.sizes
     shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
-    decision = decide_by_shape(scores, shares, table.sizes, as_good=is_no_clear_gain)
+    decision = decide_by_shape(scores, shares, sizes, as_good=is_no_clear_gain)
     decision = _with_unequal_stiffness(scores, shares, decision)
-    decision = _with_sparse_maps(scores, shares, decision, table.sizes)
-    decision = _with_fewest_columns(scores, shares, decision, table.sizes)
+    decision = _with_sparse_maps(scores, shares, decision, sizes)
+    decision = _with_fewest_columns(scores, shares, decision, sizes)
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals_of(scores, decision, table.sizes),
+        rivals_of(scores, decision, sizes),
         shape_of=partial(measured_shape, table, shares, decision.classes),
         simulated=table.model.cards,
         note=_separating_load(table, decision),

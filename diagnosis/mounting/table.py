@@ -139,7 +139,6 @@ class MountingTable:
     model: MountingModel  # Baseline and library
     reach: float  # Deflection in y or z beyond which samples do not count
     scores: ClassScores  # Held-out squares, each made once
-    sizes: Mapping[str, int]  # Columns of each class
 
     def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Deflection and speed in y and z, (2, n), where samples count; 0 is starboard, 1 port."""
@@ -196,11 +195,7 @@ def mounting_table(
         return None
     table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), rows)
     scores = ClassScores(table, constants)
-    sizes = {
-        name: sum(table.groups[group].columns.size for group in members)
-        for name, members in table.classes.items()
-    }
-    return MountingTable(table, size, motions, model, limit, scores, sizes)
+    return MountingTable(table, size, motions, model, limit, scores)
 
 
 def _counting(run: BushingMotion, reach: float) -> BoolArray:

@@ -205,10 +205,7 @@ def carrier_class_table(
         folds=folds,
         scale=unit,
     )
-    sizes = {
-        name: sum(groups[group].columns.size for group in members)
-        for name, members in class_groups.items()
-    }
+    sizes = table.sizes
     for name in class_groups:
         if shape_of(name) == _MODEL or shape_of(name).startswith(STAGE):
             sizes[name] = _n_combinations(table, groups[class_groups[name][0]])
