@@ -26,8 +26,7 @@ from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import (
     FURTHER_CAUSE,
-    decide_by_shape,
-    rivals_of,
+    ClassesByShape,
     shape_of,
     way_of,
 )
@@ -433,7 +432,8 @@ def carrier_class_answer(
     scores = ClassScores(classes.table, _CONSTANTS)
     shares = Shares(scores.of(()).squares, classes.table.floor, _CONSTANTS)
     errors = {name: DERIVATIVE_STD for name in classes.sizes if shape_of(name) == _MODEL}
-    decision = decide_by_shape(scores, shares, classes.sizes, chooses_anew=True, errors=errors)
+    rule = ClassesByShape(scores, shares, classes.sizes, chooses_anew=True, errors=errors)
+    decision = rule.decision()
     is_open = any(way_of(name) == UNDETERMINED for name in classes.sizes)
     notes = [_TORQUES_NOTE] if is_open else []
     if not any(model.effects[name].per_run for name in model.contained):
@@ -442,7 +442,7 @@ def carrier_class_answer(
         scores,
         shares,
         decision,
-        rivals_of(scores, decision, classes.sizes),
+        rule.rivals(decision),
         shape_of=lambda scores, name, squares, law: (
             None,
             law_of_carrier_class(scores, name, squares, classes.visited),
