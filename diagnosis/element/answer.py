@@ -1,12 +1,12 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import (
-    ShapeOf,
     class_answer,
     law_sets,
     without_classes,
@@ -32,12 +32,14 @@ from carrierflex.diagnosis.element.force_records import (
     has_one_frequency,
     is_separable_from_time,
 )
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.shapes import measured_shape
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop
 from carrierflex.diagnosis.element.table import (
     CLASS_GROUPS,
+    LOOP,
     ElementTable,
     group_columns_along,
+    has_one_level,
     products_by_block,
     table_of,
 )
@@ -78,27 +80,14 @@ _NO_ELEMENT = (
     "a sensor that does not see it, drive and motion of different runs): on held-out records the "
     "baseline's force leaves more than no force at all"
 )
-#: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
-_SAME_LEVEL = 1.1
 #: Passes from the first order of a delay to the delay itself.
 _LAG_PASSES = 2
-#: Group of the column of a smooth loop.
-LOOP = "loop"
 _WITH_LOOP = (*CLASS_GROUPS[HYSTERESIS], LOOP)
 
 
-def answer_of_table(
-    table: ElementTable,
-    model: ElementModel,
-    noise_note: str,
-    shape_of: Callable[[ElementTable], ShapeOf],
-) -> ClassAnswer:
-    """Class of the missing effect from the table.
-
-    `noise_note` is what the records cannot say of their noise; `shape_of` gives, for a table, the
-    measured shape of a class.
-    """
-    drive = _drive_of(table, model)
+def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
+    """Class of the missing effect; `noise_note` is what the records cannot say of their noise."""
+    drive, model = _drive_of(table), table.model
     if not _shows_element(table, drive):
         scores = table.scores
         shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
@@ -128,7 +117,7 @@ def answer_of_table(
         column = int(table.table.groups["delay"].columns[0])
         lag = table.scores.amplitudes(decision.squares)[column]
         late = replace(table, records=tuple(replace(run, lag=lag) for run in table.records))
-        table = table_of(model, late, table.scores.constants)
+        table = table_of(late, table.scores.constants)
         shares, decision = decided(table)
 
     def falls_short(table: ElementTable, decision: Decision) -> bool:
@@ -138,7 +127,6 @@ def answer_of_table(
 
     table, decision = _as_smooth_loop(
         table,
-        model,
         shares,
         decision,
         drive=drive,
@@ -154,9 +142,9 @@ def answer_of_table(
         shares,
         decision,
         drive.candidates,
-        shape_of=shape_of(table),
+        shape_of=partial(measured_shape, table),
         simulated=model.cards,
-        shows_laws=not (drive.is_one_line and _has_one_level(table)),
+        shows_laws=not (drive.is_one_line and has_one_level(table)),
     )
     experiment = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(answer, experiment=experiment) if decision.is_inseparable else answer
@@ -191,7 +179,8 @@ class _Drive:
     experiment: str
 
 
-def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
+def _drive_of(table: ElementTable) -> _Drive:
+    model = table.model
     is_steady = is_separable_from_time(table.records, table.scores.constants.separable_from_drive)
     is_one_frequency = is_steady and has_one_frequency(table.records)
     inseparable = {TIME_VARIATION} if is_one_frequency or not is_steady else set()
@@ -199,7 +188,7 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
     if is_one_line:
         # The drive is one line in each run: spring and damper take up what is linear at it.
         inseparable |= {DELAY, MEMORY}
-        if _has_one_level(table):
+        if has_one_level(table):
             # A function of the drive is any height of that line, and of its harmonics.
             inseparable |= {DRIVE_SIDE}
     excluded = set()
@@ -220,7 +209,6 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
 
 def _as_smooth_loop(
     table: ElementTable,
-    model: ElementModel,
     shares: Shares,
     decision: Decision,
     *,
@@ -253,7 +241,7 @@ def _as_smooth_loop(
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             pairs.append((loop, _answered(decision, pair, both, drive_note)))
     best = min(pairs, key=lambda entry: entry[1].squares.total, default=best)
-    return (_with_loop(model, table, best[0]), best[1]) if best else (table, decision)
+    return (_with_loop(table, best[0]), best[1]) if best else (table, decision)
 
 
 def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
@@ -299,17 +287,6 @@ def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, not
     )
 
 
-def is_one_curve(table: ElementTable) -> bool:
-    """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
-    return has_one_frequency(table.records) and _has_one_level(table)
-
-
-def _has_one_level(table: ElementTable) -> bool:
-    """Whether every run is driven as hard: a law is then a curve through one point."""
-    sizes = [float(run.drive[run.counts].std()) for run in table.records]
-    return max(sizes) <= _SAME_LEVEL * min(sizes)
-
-
 def _remaining_with_loop(
     table: ElementTable, other: str, *, is_curve: bool = False
 ) -> tuple[HeldOutSquares, SmoothLoop]:
@@ -338,10 +315,10 @@ def _remaining_with_loop(
     return scores.of([name for name in (HYSTERESIS, other) if name]), loop
 
 
-def _with_loop(model: ElementModel, table: ElementTable, loop: SmoothLoop) -> ElementTable:
+def _with_loop(table: ElementTable, loop: SmoothLoop) -> ElementTable:
     """Table of all classes in which that of hysteresis holds a smooth loop too."""
     constants = table.scores.constants
-    looped = table_of(model, table, constants, (_column(loop),))
+    looped = table_of(table, constants, (_column(loop),))
     gram_table = replace(
         looped.table,
         classes={**CLASS_GROUPS, HYSTERESIS: _WITH_LOOP},

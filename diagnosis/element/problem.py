@@ -36,7 +36,7 @@ from carrierflex.diagnosis.element.records import (
     refuse_mixed_units,
     run_in_use,
 )
-from carrierflex.diagnosis.element.shapes import beyond_visited, law_cards, measured_shape
+from carrierflex.diagnosis.element.shapes import beyond_visited, law_cards
 from carrierflex.diagnosis.element.signatures import (
     Column,
     element_scale,
@@ -194,12 +194,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Class of the missing effect."""
         if self.class_table is None:
             return None
-        return answer_of_table(
-            self.class_table,
-            self.model,
-            self.noise_note,
-            lambda table: partial(measured_shape, table, self.model),
-        )
+        return answer_of_table(self.class_table, self.noise_note)
 
     def gram_table(self) -> GramTable | None:
         """Products of classes and laws; None where the records are too short."""

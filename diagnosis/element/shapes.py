@@ -37,7 +37,6 @@ from carrierflex.diagnosis.classes.shapes import (
 )
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
     DELAY,
     DRIVE_SIDE,
@@ -50,9 +49,8 @@ from carrierflex.diagnosis.element.columns import (
     stops_of,
     surface_products,
 )
-from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.element.table import CLASS_GROUPS, ElementTable
+from carrierflex.diagnosis.element.table import CLASS_GROUPS, LOOP, ElementTable, is_one_curve
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
@@ -96,12 +94,7 @@ _EQUATIONS = {
 
 
 def measured_shape(
-    table: ElementTable,
-    model: ElementModel,
-    scores: ClassScores,
-    name: str,
-    squares: HeldOutSquares,
-    law: NearestLaw,
+    table: ElementTable, scores: ClassScores, name: str, squares: HeldOutSquares, law: NearestLaw
 ) -> ShapeAndLaw:
     """Curve of one class of an answer, and the law without a name that it makes.
 
@@ -109,18 +102,17 @@ def measured_shape(
     curve, and for one that no file holds. A curve over the speed is the whole force, with the
     baseline's damping; the law is what stands beside that.
     """
-    units = model.units
     if name == FORCE_SURFACE:
-        shape, measured_law = _surface_shape(table.bases, model, scores, squares)
+        shape, measured_law = _surface_shape(table, scores, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
     if name == DELAY or name not in CLASS_GROUPS:
         return None, None
-    x, rows, labels, units_of_curve = _curve(table, name, units)
+    x, rows, labels, units_of_curve = _curve(table, name)
     has_loop = name == HYSTERESIS and table.loop is not None
     groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
     columns = np.concatenate([scores.table.groups[group].columns for group in groups])
-    draws, damping = _with_damping(model, scores, squares, columns)
+    draws, damping = _with_damping(table, scores, squares, columns)
     drawn = draws @ rows
     curves = np.array([values - _baseline_share(x, values, name) for values in drawn])
     smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
@@ -142,28 +134,22 @@ def measured_shape(
         smooth,
         steps,
     )
-    return shape, _law(table, name, shape, draws[0], units)
+    return shape, _law(table, name, shape, draws[0])
 
 
 def _with_damping(
-    model: ElementModel, scores: ClassScores, squares: HeldOutSquares, columns: IntArray
+    table: ElementTable, scores: ClassScores, squares: HeldOutSquares, columns: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Draws of the coefficients of some columns, and those of the baseline's damping C1 beside."""
     # The target is the table's first column; mass, where it is fitted, K1 and C1 follow.
-    damping = 2 + (model.mass is None)
+    damping = 2 + (table.model.mass is None)
     drawn = drawn_coefficients(scores, squares, np.append(columns, damping))
     return drawn[:, :-1], drawn[:, -1]
 
 
-def _law(
-    table: ElementTable,
-    name: str,
-    shape: MeasuredShape,
-    weights: FloatArray,
-    units: tuple[str, str],
-) -> Law | None:
+def _law(table: ElementTable, name: str, shape: MeasuredShape, weights: FloatArray) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
-    size = table.bases.size
+    size, units = table.bases.size, table.model.units
     if name in TABULATED:
         terms: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
@@ -189,10 +175,10 @@ def _law(
 
 
 def _curve(
-    table: ElementTable, name: str, units: tuple[str, str]
+    table: ElementTable, name: str
 ) -> tuple[FloatArray, FloatArray, tuple[str, str], tuple[str, str]]:
     """Abscissa of a class, its columns along that, names and units of both axes."""
-    force, length = units
+    force, length = table.model.units
     bases, size = table.bases, table.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
@@ -263,17 +249,17 @@ def _law_curve(
 
 
 def _surface_shape(
-    bases: ElementBases, model: ElementModel, scores: ClassScores, squares: HeldOutSquares
+    table: ElementTable, scores: ClassScores, squares: HeldOutSquares
 ) -> tuple[MeasuredShape, Law]:
     """Force over the speed at two deflections, and the surface as a law without a name."""
-    units = model.units
+    bases, units = table.bases, table.model.units
     force, length = units
     units_along_v = (f"{length}/s", force)
     groups = scores.table.groups
     # Dry friction with a memory stands last.
     smooth_groups = [name for name in CLASS_GROUPS[FORCE_SURFACE] if name != _PRESLIDING]
     columns = np.concatenate([groups[name].columns for name in (*smooth_groups, _PRESLIDING)])
-    draws, damping = _with_damping(model, scores, squares, columns)
+    draws, damping = _with_damping(table, scores, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
     size = bases.size

@@ -73,7 +73,7 @@ def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_lea
     problem = element_problem(displacement_campaign(lambda q, v: 3.0 * np.sign(v), n=2000))
     table = problem.class_table
     monkeypatch.setattr(element_table, "_LONG", 0)
-    single = table_of(problem.model, table, table.scores.constants)
+    single = table_of(table, table.scores.constants)
     for name in ("dissipation", "hysteresis", "restoring_force"):
         remaining = [one.scores.of((name,)).total for one in (table, single)]
         assert remaining[1] == pytest.approx(remaining[0], rel=1e-5)

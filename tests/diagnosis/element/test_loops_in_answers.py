@@ -46,7 +46,7 @@ def decided(
         return leaving(loops[partner][is_curve]), f"loop beside {partner}"
 
     monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, given, loop: loop)
+    monkeypatch.setattr(answers, "_with_loop", lambda given, loop: loop)
     element = SimpleNamespace(
         table=SimpleNamespace(surface=SURFACE, is_in_surface=lambda name: name != "memory"),
         scores=SimpleNamespace(
@@ -63,7 +63,6 @@ def decided(
     decision = Decision(state, classes, ((SURFACE,),), leaving(answer), PAIR, "short", True)
     table, result = answers._as_smooth_loop(
         element,
-        None,
         shares,
         decision,
         drive=drive,
