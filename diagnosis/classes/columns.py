@@ -16,6 +16,8 @@ Run = TypeVar("Run")
 _SPEED_SCALE = 0.1
 #: Relaxation times from so many steps to this share of the longest record.
 N_PRONY, _TAU_STEPS, _TAU_SHARE = 8, 1.5, 0.2
+#: Class of a stiffness that changes with time.
+TIME_VARIATION = "time_variation"
 #: Splines of time: five do not imitate a stiffness that differs from run to run.
 N_TIME = 5
 

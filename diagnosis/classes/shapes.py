@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import (
     ClassScores,
@@ -164,15 +165,33 @@ def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[floa
     return halves[0][0], max(min(low[0], halves[0][0]), 0.0), max(high[1], halves[0][0])
 
 
-def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Law fitted to a curve with a straight line added, shape (n,).
+def fitted_law(shapes: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Law at its best shape fitted to a curve with a straight line added, shape (n,).
 
-    `columns`, shape (n_columns, n), are the law for unit amplitudes.
+    `shapes`, shape (n_shapes, n_columns, n), are the law for unit amplitudes.
     """
-    design = np.vstack([columns, x, np.ones(x.size)]).T
-    size = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    c = np.linalg.lstsq(design / size, y, rcond=None)[0]
-    return np.asarray(design / size @ c)
+    fits = []
+    for columns in shapes:
+        design = np.vstack([columns, x, np.ones(x.size)]).T
+        size = np.maximum(np.abs(design).max(axis=0), 1e-300)
+        c = np.linalg.lstsq(design / size, y, rcond=None)[0]
+        fits.append(np.asarray(design / size @ c))
+    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+
+
+def axes_of(name: str, units: tuple[str, str]) -> tuple[tuple[str, str], tuple[str, str]]:
+    """What both axes of the curve of a class are, and their units, from those of its law."""
+    force, length = units
+    stiffness = ("s", f"{force}/{length}")
+    axes = {
+        RESTORING_FORCE: (("deflection", "restoring force"), (length, force)),
+        DISSIPATION: (("speed", "dissipative force"), (f"{length}/s", force)),
+        COUPLED_DAMPING: (("deflection", "damping"), (length, f"{force} s/{length}")),
+        HYSTERESIS: (("deflection", "hysteretic force"), (length, force)),
+        MEMORY: (("time after a step", "relaxing stiffness"), stiffness),
+        TIME_VARIATION: (("time", "stiffness"), stiffness),
+    }
+    return axes.get(name, (("drive", "force"), (force, force)))
 
 
 #: Share of the largest value below which a curve counts as zero.

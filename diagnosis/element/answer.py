@@ -11,7 +11,7 @@ from carrierflex.diagnosis.classes.answer import (
     law_sets,
     without_classes,
 )
-from carrierflex.diagnosis.classes.columns import GroupColumns
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns
 from carrierflex.diagnosis.classes.decision import Decision, decide, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -22,11 +22,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
 )
 from carrierflex.diagnosis.classes.shares import Shares
-from carrierflex.diagnosis.element.columns import (
-    DELAY,
-    DRIVE_SIDE,
-    TIME_VARIATION,
-)
+from carrierflex.diagnosis.element.columns import DELAY, DRIVE_SIDE
 from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
     has_one_frequency,

@@ -50,7 +50,6 @@ from carrierflex.simulation.laws import (
 )
 
 DELAY = "delay"
-TIME_VARIATION = "time_variation"
 DRIVE_SIDE = "drive_side"
 #: Dry friction that turns over a length, which no effect of the library is.
 PRESLIDING = "dahl_friction"

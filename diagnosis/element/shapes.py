@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import gamma
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
-from carrierflex.diagnosis.classes.columns import curved_speed, step_at_rest
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, curved_speed, step_at_rest
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -21,6 +21,7 @@ from carrierflex.diagnosis.classes.shapes import (
     CERTAIN_SIGN,
     POINTS,
     SIZE,
+    axes_of,
     band_of,
     drawn_coefficients,
     fitted_law,
@@ -40,7 +41,6 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.columns import (
     DELAY,
     DRIVE_SIDE,
-    TIME_VARIATION,
     ElementBases,
     MotionSize,
     memory_of_stops,
@@ -108,7 +108,8 @@ def measured_shape(
         return shape, None if is_one_curve(table) else measured_law
     if name == DELAY or name not in CLASS_GROUPS:
         return None, None
-    x, rows, labels, units_of_curve = _curve(table, name)
+    x, rows = _curve(table, name)
+    labels, units = axes_of(name, table.model.units)
     has_loop = name == HYSTERESIS and table.loop is not None
     groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
     columns = np.concatenate([scores.table.groups[group].columns for group in groups])
@@ -129,8 +130,8 @@ def measured_shape(
         band,
         _law_curve(table, name, law, x, y),
         labels,
-        units_of_curve,
-        shape_words(name, x, y, units_of_curve, friction),
+        units,
+        shape_words(name, x, y, units, friction),
         smooth,
         steps,
     )
@@ -174,24 +175,21 @@ def _law(table: ElementTable, name: str, shape: MeasuredShape, weights: FloatArr
     return Law("", ELEMENT, name, units, law_terms(memory), {"deflection": (size.low, size.high)})
 
 
-def _curve(
-    table: ElementTable, name: str
-) -> tuple[FloatArray, FloatArray, tuple[str, str], tuple[str, str]]:
-    """Abscissa of a class, its columns along that, names and units of both axes."""
-    force, length = table.model.units
+def _curve(table: ElementTable, name: str) -> tuple[FloatArray, FloatArray]:
+    """Abscissa of a class, and its columns along that."""
     bases, size = table.bases, table.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
-        return x, bases.force(x), ("deflection", "restoring force"), (length, force)
+        return x, bases.force(x)
     if name == COUPLED_DAMPING:
-        return x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
+        return x, bases.coupled(x)
     if name == DISSIPATION:
         v = bases.drawn_speeds(2 * POINTS)
         # A bristle that has turned holds its whole force against the motion.
         turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
         curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
         rows = np.concatenate([bases.speed(curved), step_at_rest(v, size.rest_speed), turned])
-        return v, rows, ("speed", "dissipative force"), (f"{length}/s", force)
+        return v, rows
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
         angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
@@ -200,19 +198,16 @@ def _curve(
         if table.loop is not None:
             rows = np.vstack([rows, table.loop.along(turns)])
         turn = slice(-4 * POINTS, None)
-        return turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
-    stiffness = ("s", f"{force}/{length}")
+        return turns[turn], rows[:, turn]
     if name == MEMORY:
         t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)
-        rows = np.exp(-t[None] / bases.taus[:, None])
-        return t, rows, ("time after a step", "relaxing stiffness"), stiffness
+        return t, np.exp(-t[None] / bases.taus[:, None])
     if name == TIME_VARIATION:
         t = np.linspace(bases.time.low, bases.time.high, POINTS)
         splines = bases.time(t) / size.half_range
-        rows = np.vstack([splines, np.zeros((2 * len(splines), t.size))])
-        return t, rows, ("time", "stiffness"), stiffness
+        return t, np.vstack([splines, np.zeros((2 * len(splines), t.size))])
     u = np.linspace(bases.side.low, bases.side.high, POINTS)
-    return u, bases.side(u), ("drive", "force"), (force, force)
+    return u, bases.side(u)
 
 
 def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
@@ -244,8 +239,7 @@ def _law_curve(
     shapes = static_law(law.id, q, v, table.bases.size)
     if shapes is None:
         return np.empty(0)
-    fits = [fitted_law(columns, x, y) for columns in shapes]
-    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+    return fitted_law(shapes, x, y)
 
 
 def _surface_shape(

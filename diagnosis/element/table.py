@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.columns import GroupColumns, relaxing_branches
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns, relaxing_branches
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import (
     GramTable,
@@ -25,7 +25,6 @@ from carrierflex.diagnosis.element.columns import (
     DELAY,
     DRIVE_SIDE,
     PRESLIDING,
-    TIME_VARIATION,
     ElementBases,
     MotionSize,
     classes_of,

@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import answer_of
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION
 from carrierflex.diagnosis.classes.decision import (
     ClassesByShape,
     Decision,
@@ -50,14 +51,13 @@ _LEAST_OF_MAP = 0.1
 _STIFFNESS_MAP = "stiffness_map"
 _INPUT_MAP = "input_map"
 _SENSOR_MAP = "sensor_map"
-_TIME_VARIATION = "time_variation"
 _IDS: Mapping[str, str] = {
     STIFFNESS: _STIFFNESS_MAP,
     LOADS: _INPUT_MAP,
     GAIN: _SENSOR_MAP,
     ZERO: _SENSOR_MAP,
     DELAY: _SENSOR_MAP,
-    CHANGE: _TIME_VARIATION,
+    CHANGE: TIME_VARIATION,
 }
 _WORDS = {
     f"{STIFFNESS}/axial": "stiffness along the axis",

@@ -19,6 +19,7 @@ from carrierflex.diagnosis.classes.results import (
 from carrierflex.diagnosis.classes.shapes import (
     POINTS,
     SIZE,
+    axes_of,
     band_of,
     drawn_coefficients,
     fitted_law,
@@ -71,15 +72,6 @@ _IN_WORDS = {
     RADIAL: "along its direction in the plane",
     SMOOTH: "giving way along its path in the plane",
 }
-#: What x and y are, and their units.
-_AXES: Mapping[str, tuple[tuple[str, str], tuple[str, str]]] = {
-    FORCE: (("deflection", "restoring force"), ("m", "N")),
-    DISSIPATION: (("speed", "dissipative force"), ("m/s", "N")),
-    COUPLED: (("deflection", "damping"), ("m", "N s/m")),
-    HYSTERESIS: (("deflection", "hysteretic force"), ("m", "N")),
-    MEMORY: (("time after a step", "relaxing stiffness"), ("s", "N/m")),
-    CHANGE: (("time", "stiffness"), ("s", "N/m")),
-}
 #: Bushings of each part, in the order of their motions.
 _BUSHINGS: Mapping[str, tuple[int, ...]] = {BOTH: (0, 1), STARBOARD: (0,), PORT: (1,)}
 #: Share of the visited sizes that are small deflections.
@@ -116,7 +108,7 @@ def measured_shape(
     fit, way_words = _fit(table, shares, classes, scores, name, scored)
     reduced = fit.reduced(fit.acts)
     first, *others = sorted(reduced, key=lambda side: -float(np.ptp(reduced[side][1][0])))
-    labels, units = _AXES[fit.shape]
+    labels, units = axes_of(fit.shape.rpartition("/")[2], ("N", "m"))
     x, draws = reduced[first]
     words = [_words(fit, x, draws, units), way_words]
     size = max(float(np.ptp(draws[0])), 1e-300)
@@ -415,8 +407,7 @@ def _law_curve(
     if not law.id or shape not in _WITH_STRAIGHT_LINE:
         return np.empty(0)
     shapes = law_forces(table.model, table.size, _motion(table, shape, x), law.id)[:, :, 0, 1]
-    fits = [fitted_law(columns, x, y) for columns in shapes]
-    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+    return fitted_law(shapes, x, y)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:
