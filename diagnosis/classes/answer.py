@@ -42,9 +42,7 @@ def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classe
     if not laws:
         return NearestLaw("", np.empty(0, dtype=np.int64), None, False)
     results = [(law, *_best_shape(scores, partners, law)) for law in laws]
-    law, columns, result = max(
-        results, key=lambda entry: _worth(scores, shares, entry[2], entry[:1])
-    )
+    law, columns, result = max(results, key=lambda entry: _worth(shares, entry[2], entry[:1]))
     with_class = scores.of((name, *partners))
     behind = shares.gain(with_class, result)
     error = limits.standard_errors * shares.gain_error(with_class, result)
@@ -315,7 +313,8 @@ def law_sets(
     near = _near_best(shares, sets, explaining)
     # In force space a law is known less well than by simulation, friction at rest least: the
     # nearest laws of the answer are fitted, and a simpler set beside them.
-    proposed = [*completed, *_with_simpler(of_answer), *near]
+    simpler = [entry for entry in of_answer if entry.columns.size < of_answer[0].columns.size]
+    proposed = [*completed, *of_answer[:1], *simpler[:1], *near]
     laws = [tuple(sorted(entry.laws)) for entry in proposed if entry.laws]
     return tuple(dict.fromkeys([*laws, *_of_one_fold(scores.table, simulated)]))
 
@@ -413,11 +412,8 @@ def _near_best(
     for entry in sets:
         size = len(entry.laws)
         best[size] = min(shares.remaining(entry.result), best.get(size, np.inf))
-    return [
-        entry
-        for entry in sets
-        if shares.remaining(entry.result) <= min(_NEAR * best[len(entry.laws)], most)
-    ]
+    limits = {size: min(_NEAR * least, most) for size, least in best.items()}
+    return [entry for entry in sets if shares.remaining(entry.result) <= limits[len(entry.laws)]]
 
 
 def _no_law(scores: ClassScores) -> _LawSet:
@@ -450,23 +446,14 @@ def _nearest(
     """Sets of the nearest laws of some classes, one law a class; the first is worth most."""
     of_each = [_nearest_laws(scores, shares, laws.get(name, ()), name, classes) for name in classes]
     sets = [(_fitted_set(scores, chosen), chosen) for chosen in product(*of_each) if chosen]
-    ordered = sorted(sets, key=lambda entry: -_worth(scores, shares, entry[0].result, entry[1]))
+    ordered = sorted(sets, key=lambda entry: -_worth(shares, entry[0].result, entry[1]))
     return [entry for entry, _ in ordered[:_COMBINATIONS]]
 
 
-def _with_simpler(entries: Sequence[_LawSet]) -> list[_LawSet]:
-    """The first set, and the first of fewer amplitudes."""
-    simpler = [entry for entry in entries if entry.columns.size < entries[0].columns.size]
-    return [*entries[:1], *simpler[:1]]
-
-
-def _worth(
-    scores: ClassScores, shares: Shares, result: HeldOutSquares, laws: Sequence[LawColumns]
-) -> float:
+def _worth(shares: Shares, result: HeldOutSquares, laws: Sequence[LawColumns]) -> float:
     """Share that laws explain, less what their parameters must gain: a law holds simpler ones."""
-    return shares.of(result) - scores.constants.law_parameter * sum(
-        law.n_parameters for law in laws
-    )
+    n_parameters = sum(law.n_parameters for law in laws)
+    return shares.of(result) - shares.constants.law_parameter * n_parameters
 
 
 def _nearest_laws(
@@ -476,7 +463,7 @@ def _nearest_laws(
     others = tuple(other for other in classes if other != name)
 
     def worth(law: LawColumns) -> float:
-        return _worth(scores, shares, _best_shape(scores, others, law)[1], (law,))
+        return _worth(shares, _best_shape(scores, others, law)[1], (law,))
 
     ordered = sorted(laws, key=worth, reverse=True)
     simpler = [law for law in ordered if law.n_parameters < ordered[0].n_parameters]

@@ -53,17 +53,12 @@ class MountingModel(ModelInTime):
     def of_baseline(self) -> list[Parameter]:
         """Unknowns: K1, C1."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
+        lower, upper = K * np.array(_STIFFNESS_RANGE)
+        # Half of what the simulator takes: differences step beyond a bound.
+        most = 0.5 * PARAMETERS[INDEX["C1"]].upper
         unknowns = [
-            Parameter(
-                "K1",
-                "N/m",
-                _STIFFNESS_RANGE[0] * K,
-                _STIFFNESS_RANGE[1] * K,
-                K,
-                effect=BASELINE,
-            ),
-            # Half of what the simulator takes: differences step beyond a bound.
-            Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
+            Parameter("K1", "N/m", float(lower), float(upper), K, effect=BASELINE),
+            Parameter("C1", "N s/m", 0.0, most, C, effect=BASELINE),
         ]
         return [self.known.prior(parameter, parameter.name) for parameter in unknowns]
 
