@@ -71,12 +71,8 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     """One mounting, its records and its library."""
 
     noise_is_measured: bool  # Whether the noise was declared
+    unit = "m"
     difference = 1e-4
-
-    @property
-    def unit(self) -> str:
-        """Unit of the sensors."""
-        return "m"
 
     @cached_property
     def edges_hz(self) -> FloatArray:

@@ -304,24 +304,7 @@ class RunColumns:
         n = len(self.revolutions)
         return np.array_split(np.arange(n), min(most_blocks, n))
 
-    def of(
-        self,
-        channel: Channel,
-        blocks: Sequence[IntArray],
-        owners: Collection[str] | None = None,
-        source: ColumnSource | None = None,
-    ) -> Iterator[BlockColumns]:
-        """Columns at a sensor, block by block; `blocks` are the numbers of the revolutions of each.
-
-        The target, and another simulator's prediction, are always among them. Effects of `owners`
-        alone, computed by `source`; default: all, and those of the flexible model, by that of the
-        run.
-        """
-        for chunk in self._chunks(blocks):
-            (of_chunk,) = _made_together([self], channel, [chunk], owners, source)
-            yield from of_chunk
-
-    def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
+    def chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
         """Blocks grouped so that no group holds many more samples than a chunk."""
         groups: list[list[IntArray]] = [[]]
         n_samples = 0
@@ -355,12 +338,16 @@ def blocks_of_runs(
 ) -> Iterator[Iterable[BlockColumns]]:
     """Columns of some blocks of every run of a group at a sensor, those of short runs at once.
 
-    `blocks` are those of each run; `owners` and `source` as in :meth:`RunColumns.of`.
+    `blocks` are the numbers of the revolutions of each block of each run. The target, and another
+    simulator's prediction, are always among the columns; beside them effects of `owners` alone,
+    computed by `source`; default: all, and those of the flexible model, by that of the run.
     """
-    if len(runs) == 1:
-        yield runs[0].of(channel, blocks[0], owners, source)
-    else:
+    if len(runs) > 1:
         yield from _made_together(runs, channel, blocks, owners, source)
+    else:
+        chunks = ([chunk] for chunk in runs[0].chunks(blocks[0]))
+        made = (_made_together(runs, channel, chunk, owners, source) for chunk in chunks)
+        yield (block for (of_chunk,) in made for block in of_chunk)
 
 
 def _made_together(
