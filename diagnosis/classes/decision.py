@@ -59,6 +59,31 @@ class Decision:
     #: Whether a class would be named, did these records not hold its cause mixed with others
     is_inseparable: bool = False
 
+    def replaced(self, scores: ClassScores, classes: Iterable[str]) -> "Decision":
+        """Decision for other classes; its ties are sought anew."""
+        answer = tuple(sorted(classes))
+        if answer == self.classes:
+            return self
+        return replace(self, classes=answer, ties=(), squares=scores.of(answer))
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What the drive of the records of an element can show."""
+
+    candidates: tuple[str, ...]  # Classes that it shows, the coupled one left out or among them
+    #: Classes that it shows only mixed with others: none of them is named, and where one explains
+    #: clearly more than the answer, nothing is
+    inseparable: tuple[str, ...] = ()
+    #: Whether it moves at one frequency: a second cause is not seen then by how much it takes of
+    #: what the first leaves, and no class is named where one would be seen
+    is_one_frequency: bool = False
+    #: Whether it is one line in each run: it does not tell two causes, or a coupled one, from
+    #: another two, none of which is named
+    is_one_line: bool = False
+    note: str = ""  # What it does not separate
+    experiment: str = ""  # What to record so that a class shows
+
 
 def is_no_clear_gain(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
     """Whether the best result gains no more over a simpler one than a small second cause would."""
@@ -242,76 +267,48 @@ def without(classes: Classes, member: str) -> Classes:
 
 
 def decide(
-    scores: ClassScores,
-    candidates: Sequence[str],
-    *,
-    inseparable: Sequence[str] = (),
-    shows_two_causes: bool = True,
-    shows_small_causes: bool = True,
-    floor_is_known: bool = True,
-    drive_note: str = "",
+    scores: ClassScores, drive: Drive, *, floor_is_known: bool = True
 ) -> tuple[Shares, Decision]:
     """Class, or the two, of an element that the held-out blocks show, and shares that judge it.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of any set.
-    candidates : sequence of str
-        Classes that the records can show.
-    inseparable : sequence of str
-        Classes that this drive shows only mixed with others: none of them is named, and where one
-        explains clearly more than the answer, nothing is.
-    shows_two_causes : bool
-        Whether the drive tells two causes, or a coupled one, from another two; else none of them is
-        named.
-    shows_small_causes : bool
-        Whether the drive moves at so many frequencies that a second cause is seen by how much it
-        takes of what the first leaves, however little that is; else no class is named where one
-        would be seen.
-    floor_is_known : bool
-        Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
-        that was taken from what no class learns would make the best class right by definition.
-    drive_note : str
-        What the drive does not separate.
+    `floor_is_known`: whether shares are of the gap above the floor, or of all that the baseline
+    leaves: a floor that was taken from what no class learns would make the best class right by
+    definition.
     """
     table, limits = scores.table, scores.constants
     # Where one line drives all runs, blocks of one level go round one curve: their ratios are one
     # finding many times, and say nothing of how sure it is.
-    shares_of = PairedShares if shows_two_causes else Shares
+    shares_of = Shares if drive.is_one_line else PairedShares
     floor = table.floor if floor_is_known else np.zeros_like(table.floor)
     shares = shares_of(scores.of(()).squares, floor, limits)
     surface = table.surface
-    candidates = [name for name in candidates if name != surface]
+    candidates = [name for name in drive.candidates if name != surface]
     # Every class comes in one way, and none is simpler than another.
     ways = dict.fromkeys(candidates, 1)
     decision = ClassesByShape(scores, shares, ways, most_classes=2).decision()
     if decision.state == NOTHING:
         return shares, decision
 
-    def coupled(answer: Decision, *, shows_small_causes: bool) -> Decision:
-        answer = _with_surface(scores, shares, answer, candidates)
-        return _with_damping(scores, shares, answer, shows_small_causes=shows_small_causes)
-
-    small = _with_small_cause(scores, shares, decision)
-    with_small = coupled(small, shows_small_causes=True)
-    if shows_small_causes:
-        decision = with_small
+    small = _with_surface(scores, shares, _with_small_cause(scores, shares, decision), candidates)
+    with_small = _with_damping(scores, shares, small, shows_small_causes=True)
+    if drive.is_one_frequency:
+        decision = _with_surface(scores, shares, decision, candidates)
+        decision = _with_damping(scores, shares, decision, shows_small_causes=False)
     else:
-        decision = coupled(decision, shows_small_causes=False)
+        decision = with_small
     result = decision.squares
     is_single = len(decision.classes) == 1 and decision.classes != (surface,)
-    holds_all = surface in decision.classes and not shows_small_causes
+    holds_all = surface in decision.classes and drive.is_one_frequency
     gains = (
         shares.is_clear_gain(scores.of((name,)), result, limits.second_cause)
-        for name in inseparable
+        for name in drive.inseparable
     )
-    is_mixed = holds_all or not (shows_two_causes or is_single) or any(gains)
+    is_mixed = holds_all or (drive.is_one_line and not is_single) or any(gains)
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
-    is_more = not shows_small_causes and with_small.classes != decision.classes
+    is_more = drive.is_one_frequency and with_small.classes != decision.classes
     explained = state_of(shares, result)
     state = NO_CLASS if is_mixed or is_more else explained
-    notes = (drive_note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
+    notes = (drive.note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
     note = "; ".join(text for text in notes if text)
     is_inseparable = state != explained
     return shares, replace(decision, state=state, note=note, is_inseparable=is_inseparable)
@@ -325,7 +322,7 @@ def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -
     takes = scores.constants.small_cause_takes
     if not shares.takes_of_remaining(scores.of(pair), decision.squares, takes):
         return decision
-    return replace(decision, classes=pair, ties=(), squares=scores.of(pair))
+    return decision.replaced(scores, pair)
 
 
 def _with_surface(
@@ -343,28 +340,14 @@ def _with_surface(
         pair = min(pairs, key=lambda classes: scores.of(classes).total)
         is_cause = shares.is_clear_gain(scores.of(pair), scores.of(classes), second_cause)
         classes = pair if is_cause else classes
-    result = scores.of(classes)
-    if not shares.is_clear_gain(result, decision.squares, second_cause):
-        return decision
-    return replace(decision, classes=classes, ties=(), squares=result)
+    is_gain = shares.is_clear_gain(scores.of(classes), decision.squares, second_cause)
+    return decision.replaced(scores, classes) if is_gain else decision
 
 
 def _with_damping(
     scores: ClassScores, shares: Shares, decision: Decision, *, shows_small_causes: bool
 ) -> Decision:
-    """Decision whose damping is a sum or a product where that is the better one."""
-    classes = _sum_or_product(
-        scores, shares, decision.classes, shows_small_causes=shows_small_causes
-    )
-    if classes == decision.classes:
-        return decision
-    return replace(decision, classes=classes, ties=(), squares=scores.of(classes))
-
-
-def _sum_or_product(
-    scores: ClassScores, shares: Shares, answer: Classes, *, shows_small_causes: bool
-) -> Classes:
-    """Answer in place of a damping of one argument or of a sum of two, where there is a better one.
+    """Decision whose damping of one argument, or sum of two, is what there is a better one of.
 
     What damps by deflection and speed is a sum ``g(v) + h(x) v`` or a product ``h(x) g(v)``. Its
     products with the dry and with the quadratic damping have as many columns as the sum, neither
@@ -373,32 +356,31 @@ def _sum_or_product(
     they take half of what it leaves, in block after block, and to a product that gains what takes
     the name from a law of the speed.
     """
-    table, limits = scores.table, scores.constants
+    table, limits, answer = scores.table, scores.constants, decision.classes
     sum_classes = table.coupled_parts
     if not sum_classes:
-        return answer
+        return decision
     if sum_classes == set(answer):
         is_product = _product(scores, ()).total < scores.of(answer).total
-        return (table.surface,) if is_product else answer
+        return decision.replaced(scores, (table.surface,)) if is_product else decision
     if not shows_small_causes or table.uncoupled_part not in answer:
-        return answer
-    partners = tuple(name for name in answer if name != table.uncoupled_part)
-    surface_set = tuple(
-        sorted({table.surface, *(n for n in partners if not table.is_in_surface(n))})
-    )
-    both, result = scores.of(surface_set), scores.of(answer)
-    if any(map(table.is_in_surface, partners)):
+        return decision
+    partners = without(answer, table.uncoupled_part)
+    outside = [name for name in partners if not table.is_in_surface(name)]
+    with_surface = decision.replaced(scores, {table.surface, *outside})
+    both, result = with_surface.squares, scores.of(answer)
+    if len(outside) < len(partners):
         takes = shares.takes_of_remaining(both, result, limits.gain_of_left)
-        return surface_set if takes else answer
+        return with_surface if takes else decision
     product, total = _product(scores, partners), scores.of((*sorted(sum_classes), *partners))
     least = min(both, product, total, key=lambda squares: squares.total)
     takes = shares.takes_of_remaining(least, result, limits.gain_of_left)
     if product.total < total.total:
         # A law of the speed loses its name to a product that gains as much: so does its class.
         takes = takes or shares.is_gain(product, result, limits.law_parameter)
-        return surface_set if takes else answer
+        return with_surface if takes else decision
     # Beside another class the sum would be a third cause.
-    return tuple(sorted(sum_classes)) if takes and not partners else answer
+    return decision.replaced(scores, sum_classes) if takes and not partners else decision
 
 
 def _product(scores: ClassScores, partners: Classes) -> HeldOutSquares:

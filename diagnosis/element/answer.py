@@ -1,7 +1,7 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ from carrierflex.diagnosis.classes.answer import (
     without_classes,
 )
 from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns
-from carrierflex.diagnosis.classes.decision import Decision, decide, is_short, state_of
+from carrierflex.diagnosis.classes.decision import Decision, Drive, decide, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -90,21 +90,9 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
         sets = law_sets(scores, shares, (), model.cards)
         return without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT, sets)
     floor_is_known = not noise_note
-    drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
+    drive = replace(drive, note="; ".join(text for text in (noise_note, drive.note) if text))
 
-    def decided(table: ElementTable) -> tuple[Shares, Decision]:
-        return decide(
-            table.scores,
-            drive.candidates,
-            floor_is_known=floor_is_known,
-            inseparable=drive.inseparable,
-            # The band holds one line and its harmonics: two causes share out what one makes.
-            shows_two_causes=not drive.is_one_line,
-            shows_small_causes=not drive.is_one_frequency,
-            drive_note=drive_note,
-        )
-
-    shares, decision = decided(table)
+    shares, decision = decide(table.scores, drive, floor_is_known=floor_is_known)
     for _ in range(_LAG_PASSES):
         if DELAY not in decision.classes:
             break
@@ -114,7 +102,7 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
         lag = table.scores.amplitudes(decision.squares)[column]
         late = replace(table, records=tuple(replace(run, lag=lag) for run in table.records))
         table = table_of(late, table.scores.constants)
-        shares, decision = decided(table)
+        shares, decision = decide(table.scores, drive, floor_is_known=floor_is_known)
 
     def falls_short(table: ElementTable, decision: Decision) -> bool:
         # Records that were filtered before follow no law and tell no floor: what all classes learn
@@ -127,7 +115,6 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
         decision,
         drive=drive,
         falls_short=falls_short(table, decision),
-        drive_note=drive_note,
     )
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
     if is_cut:
@@ -146,7 +133,7 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
     return replace(answer, experiment=experiment) if decision.is_inseparable else answer
 
 
-def _shows_element(table: ElementTable, drive: "_Drive") -> bool:
+def _shows_element(table: ElementTable, drive: Drive) -> bool:
     """Whether the baseline explains anything of the force on held-out records."""
     # The gap of another simulator is not its baseline's to explain.
     if any(run.record.gap is not None for run in table.records):
@@ -163,19 +150,7 @@ def _shows_element(table: ElementTable, drive: "_Drive") -> bool:
     return arriving.total < (1.0 - scores.constants.gain_of_left) * still.total
 
 
-@dataclass(frozen=True)
-class _Drive:
-    """What the drive of the records can show."""
-
-    candidates: tuple[str, ...]
-    inseparable: tuple[str, ...]
-    is_one_frequency: bool
-    is_one_line: bool
-    note: str
-    experiment: str
-
-
-def _drive_of(table: ElementTable) -> _Drive:
+def _drive_of(table: ElementTable) -> Drive:
     model = table.model
     is_steady = is_separable_from_time(table.records, table.scores.constants.separable_from_drive)
     is_one_frequency = is_steady and has_one_frequency(table.records)
@@ -193,7 +168,7 @@ def _drive_of(table: ElementTable) -> _Drive:
         excluded |= {DELAY, DRIVE_SIDE}
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
-    return _Drive(
+    return Drive(
         candidates=tuple(name for name in CLASS_GROUPS if name not in excluded | inseparable),
         inseparable=tuple(sorted(inseparable)),
         is_one_frequency=is_one_frequency,
@@ -208,9 +183,8 @@ def _as_smooth_loop(
     shares: Shares,
     decision: Decision,
     *,
-    drive: _Drive,
+    drive: Drive,
     falls_short: bool,
-    drive_note: str,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where a smooth loop leaves far less than the answer."""
     surface = table.table.surface
@@ -227,7 +201,7 @@ def _as_smooth_loop(
     alone, loop = _remaining_with_loop(table, "")
     best = None
     if _is_answer(shares, alone, least, _without_memory(table, drive, "")):
-        best = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
+        best = loop, _answered(decision, (HYSTERESIS,), alone, drive.note)
         least = alone
     pairs = []
     for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
@@ -235,12 +209,12 @@ def _as_smooth_loop(
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
-            pairs.append((loop, _answered(decision, pair, both, drive_note)))
+            pairs.append((loop, _answered(decision, pair, both, drive.note)))
     best = min(pairs, key=lambda entry: entry[1].squares.total, default=best)
     return (_with_loop(table, best[0]), best[1]) if best else (table, decision)
 
 
-def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
+def _without_memory(table: ElementTable, drive: Drive, other: str) -> Iterator[HeldOutSquares]:
     """What causes leave that are no loop, with a class and fitted to all blocks as a loop is."""
     yield _remaining_with_loop(table, other, is_curve=True)[0]
     # Any force of deflection and speed holds the springs that a spline held out draws badly at

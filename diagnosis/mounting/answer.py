@@ -142,7 +142,7 @@ def _with_unequal_stiffness(rule: ClassesByShape, decision: Decision) -> Decisio
         scored = rule.scores.of((*others, *pair))
         takes_half = rule.shares.is_clear_gain(decision.squares, scored, 0.0)
         if not takes_half and _both_pay(rule, others, pair):
-            return _replaced(rule, decision, (*others, *pair))
+            return decision.replaced(rule.scores, (*others, *pair))
     return decision
 
 
@@ -171,7 +171,7 @@ def _with_sparse_maps(rule: ClassesByShape, decision: Decision) -> Decision:
         is_as_good = is_less or rule.shares.are_equal(scored, decision.squares)
         is_two = shape_of(best[0]) != shape_of(best[1])
         if is_two and is_as_good and _both_pay(rule, others, best):
-            return _replaced(rule, decision, (*others, *best))
+            return decision.replaced(rule.scores, (*others, *best))
     return decision
 
 
@@ -181,12 +181,6 @@ def _both_pay(rule: ClassesByShape, others: Classes, pair: tuple[str, str]) -> b
     alone = [scores.of((*others, name)) for name in pair]
     both = scores.of((*others, *pair))
     return not any(is_no_clear_gain(rule.shares, one, both) for one in alone)
-
-
-def _replaced(rule: ClassesByShape, decision: Decision, classes: Classes) -> Decision:
-    """Decision for other classes; its ties are sought anew."""
-    answer = tuple(sorted(classes))
-    return replace(decision, classes=answer, squares=rule.scores.of(answer), ties=())
 
 
 def _with_fewest_columns(rule: ClassesByShape, decision: Decision) -> Decision:

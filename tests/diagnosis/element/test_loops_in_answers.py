@@ -58,6 +58,7 @@ def decided(
         inseparable=("time_variation",),
         is_one_line=is_one_line,
         is_one_frequency=is_one_frequency,
+        note="time is not told",
     )
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), leaving(answer), PAIR, "short", True)
@@ -67,7 +68,6 @@ def decided(
         decision,
         drive=drive,
         falls_short=short,
-        drive_note="time is not told",
     )
     if result is decision:
         assert table is element
