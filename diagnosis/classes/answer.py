@@ -85,7 +85,7 @@ def _explains(shares: Shares, result: HeldOutSquares) -> bool:
 #: Measured shape of one class of an answer, and the law that it makes: either may be missing.
 ShapeAndLaw = tuple[MeasuredShape | None, Law | None]
 #: Gives both from class, result of the answer and nearest law.
-ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], ShapeAndLaw]
+ShapeOf = Callable[[str, HeldOutSquares, NearestLaw], ShapeAndLaw]
 
 
 def class_answer(
@@ -111,7 +111,6 @@ def class_answer(
         names,
         shape_of=shape_of,
         simulated=simulated,
-        note=decision.note,
     )
     return replace(
         answer,
@@ -139,12 +138,11 @@ def answer_of(
     *,
     shape_of: ShapeOf,
     simulated: Container[str] = (),
-    note: str = "",
 ) -> ClassAnswer:
     """Answer of a decision: shares, nearest laws, rivals and what remains.
 
     `rivals` are the classes whose share alone is reported; `simulated` the laws that the simulator
-    has, the table holds others too; `note` is what the records cannot say.
+    has, the table holds others too.
     """
     table, constants = scores.table, scores.constants
     sets = law_sets(scores, shares, (decision.classes, *decision.ties), simulated)
@@ -176,7 +174,7 @@ def answer_of(
         ),
         law_share=_law_share(scores, shares, laws),
         classes_of_law=_classes_of_law(table),
-        note=note,
+        note=decision.note,
         best=() if is_class else decision.classes,
         unsupported={} if is_class else {one.id: one.measured_law for one in findings},
         law_sets=sets,
@@ -235,7 +233,7 @@ def _finding(
     if law.squares is not None:
         alone = scores.with_law((), law.columns)
         law_share = at_most_one(shares.contribution(before, other, alone, law.squares)[0])
-    shape, measured_law = shape_of(scores, class_id, decision.squares, law)
+    shape, measured_law = shape_of(class_id, decision.squares, law)
     finding = ClassFinding(
         id=class_id,
         share=at_most_one(share),

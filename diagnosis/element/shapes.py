@@ -10,7 +10,7 @@ from scipy.stats import gamma
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.columns import TIME_VARIATION, curved_speed, step_at_rest
 from carrierflex.diagnosis.classes.gram_table import IntArray
-from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     BesideCurve,
     ClassAnswer,
@@ -94,7 +94,7 @@ _EQUATIONS = {
 
 
 def measured_shape(
-    table: ElementTable, scores: ClassScores, name: str, squares: HeldOutSquares, law: NearestLaw
+    table: ElementTable, name: str, squares: HeldOutSquares, law: NearestLaw
 ) -> ShapeAndLaw:
     """Curve of one class of an answer, and the law without a name that it makes.
 
@@ -103,7 +103,7 @@ def measured_shape(
     baseline's damping; the law is what stands beside that.
     """
     if name == FORCE_SURFACE:
-        shape, measured_law = _surface_shape(table, scores, squares)
+        shape, measured_law = _surface_shape(table, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
     if name == DELAY or name not in CLASS_GROUPS:
@@ -112,8 +112,8 @@ def measured_shape(
     labels, units = axes_of(name, table.model.units)
     has_loop = name == HYSTERESIS and table.loop is not None
     groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
-    columns = np.concatenate([scores.table.groups[group].columns for group in groups])
-    draws, damping = _with_damping(table, scores, squares, columns)
+    columns = np.concatenate([table.table.groups[group].columns for group in groups])
+    draws, damping = _with_damping(table, squares, columns)
     drawn = draws @ rows
     curves = np.array([values - _baseline_share(x, values, name) for values in drawn])
     smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
@@ -139,12 +139,12 @@ def measured_shape(
 
 
 def _with_damping(
-    table: ElementTable, scores: ClassScores, squares: HeldOutSquares, columns: IntArray
+    table: ElementTable, squares: HeldOutSquares, columns: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Draws of the coefficients of some columns, and those of the baseline's damping C1 beside."""
     # The target is the table's first column; mass, where it is fitted, K1 and C1 follow.
     damping = 2 + (table.model.mass is None)
-    drawn = drawn_coefficients(scores, squares, np.append(columns, damping))
+    drawn = drawn_coefficients(table.scores, squares, np.append(columns, damping))
     return drawn[:, :-1], drawn[:, -1]
 
 
@@ -242,18 +242,16 @@ def _law_curve(
     return fitted_law(shapes, x, y)
 
 
-def _surface_shape(
-    table: ElementTable, scores: ClassScores, squares: HeldOutSquares
-) -> tuple[MeasuredShape, Law]:
+def _surface_shape(table: ElementTable, squares: HeldOutSquares) -> tuple[MeasuredShape, Law]:
     """Force over the speed at two deflections, and the surface as a law without a name."""
     bases, units = table.bases, table.model.units
     force, length = units
     units_along_v = (f"{length}/s", force)
-    groups = scores.table.groups
+    groups = table.table.groups
     # Dry friction with a memory stands last.
     smooth_groups = [name for name in CLASS_GROUPS[FORCE_SURFACE] if name != _PRESLIDING]
     columns = np.concatenate([groups[name].columns for name in (*smooth_groups, _PRESLIDING)])
-    draws, damping = _with_damping(table, scores, squares, columns)
+    draws, damping = _with_damping(table, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
     size = bases.size

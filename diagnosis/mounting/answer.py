@@ -83,6 +83,7 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
     rule = ClassesByShape(scores, shares, table.table.sizes, is_no_clear_gain)
     decision = _with_unequal_stiffness(rule, rule.decision())
     decision = _with_fewest_columns(rule, _with_sparse_maps(rule, decision))
+    decision = replace(decision, note=_separating_load(table, decision))
     answer = answer_of(
         scores,
         shares,
@@ -90,7 +91,6 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
         rule.rivals(decision),
         shape_of=partial(measured_shape, table, shares, decision.classes),
         simulated=table.model.cards,
-        note=_separating_load(table, decision),
     )
     if all(shape_of(name) in LINEAR_MAPS for name in decision.classes):
         # A map of stiffness or loads that explains what no such law explains anything of.

@@ -97,7 +97,6 @@ def measured_shape(
     table: MountingTable,
     shares: Shares,
     classes: Classes,
-    scores: ClassScores,
     name: str,
     scored: HeldOutSquares,
     law: NearestLaw,
@@ -105,7 +104,7 @@ def measured_shape(
     """Curve of one class of an answer, and the law without a name that it makes."""
     if shape_of(name) not in FORCE_GROUPS:
         return None, None
-    fit, way_words = _fit(table, shares, classes, scores, name, scored)
+    fit, way_words = _fit(table, shares, classes, name, scored)
     reduced = fit.reduced(fit.acts)
     first, *others = sorted(reduced, key=lambda side: -float(np.ptp(reduced[side][1][0])))
     labels, units = axes_of(fit.shape.rpartition("/")[2], ("N", "m"))
@@ -310,15 +309,10 @@ def _words(fit: _Fit, x: FloatArray, draws: FloatArray, units: tuple[str, str]) 
 
 
 def _fit(
-    table: MountingTable,
-    shares: Shares,
-    classes: Classes,
-    scores: ClassScores,
-    name: str,
-    scored: HeldOutSquares,
+    table: MountingTable, shares: Shares, classes: Classes, name: str, scored: HeldOutSquares
 ) -> tuple[_Fit, str]:
     """The class in the one of its ways that leaves as much, in all where none does; in words."""
-    shape, way = shape_of(name), way_of(name)
+    scores, shape, way = table.scores, shape_of(name), way_of(name)
     groups = FORCE_GROUPS[shape]
     sides = (BOTH,) if way == SAME else (STARBOARD, PORT)
     acts: tuple[str, ...] = _ACTS[: len(groups)]

@@ -32,7 +32,7 @@ from carrierflex.diagnosis.classes.decision import (
 )
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.inference.law_fits import FEWEST_CONDITIONS
@@ -438,17 +438,18 @@ def carrier_class_answer(
     notes = [_TORQUES_NOTE] if is_open else []
     if not any(model.effects[name].per_run for name in model.contained):
         notes.append(_OFFSET_NOTE)
+    if decision.state != NOTHING:
+        decision = replace(decision, note="; ".join(notes))
     answer = answer_of(
         scores,
         shares,
         decision,
         rule.rivals(decision),
-        shape_of=lambda scores, name, squares, law: (
+        shape_of=lambda name, squares, law: (
             None,
             law_of_carrier_class(scores, name, squares, classes.visited),
         ),
         simulated=candidates,
-        note="; ".join(notes),
     )
     # Laws with values by run say nothing of a condition that is held out.
     holding = _classes_holding(by_run)
