@@ -9,7 +9,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 #: Rounding of a product of columns of unit energy.
@@ -35,38 +35,6 @@ class ClassModel:
         """The same columns without the baseline's."""
         rest = slice(n_base, None)
         return ClassModel(self.columns[rest], self.penalty[rest, rest], self.is_nonnegative[rest])
-
-
-def _class_model(
-    table: GramTable,
-    groups: Sequence[str],
-    ridges: Sequence[float],
-    *,
-    jitter: float,
-    further: IntArray | None = None,
-) -> ClassModel:
-    """Model of the baseline with some groups, each at its own ridge."""
-    members: list[ColumnGroup] = [table.groups[name] for name in groups]
-    laws = np.empty(0, dtype=np.int64) if further is None else further
-    columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
-    penalty = np.zeros((columns.size, columns.size))
-    nonnegative = np.zeros(columns.size, dtype=bool)
-    first = table.n_base + laws.size
-    if laws.size:
-        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
-    energy = table.total[columns, columns].max(initial=0.0)
-    diagonal = np.full(columns.size, jitter)
-    diagonal[: table.n_base] = _ROUNDING * energy
-    if table.base_penalty.size:
-        diagonal[: table.n_base] += table.base_penalty[: table.n_base]
-    diagonal[table.n_base : first] = jitter * energy
-    for member, ridge in zip(members, ridges, strict=True):
-        span = slice(first, first + member.columns.size)
-        penalty[span, span] = ridge * member.penalty
-        nonnegative[span] = member.is_nonnegative
-        first = span.stop
-    penalty[np.diag_indices(columns.size)] += diagonal
-    return ClassModel(columns, penalty, nonnegative)
 
 
 def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
@@ -269,13 +237,33 @@ class ClassScores:
 
     def model(self, result: HeldOutSquares) -> ClassModel:
         """Model of a result."""
-        return _class_model(
-            self.table,
-            result.groups,
-            result.ridges,
-            jitter=self.constants.jitter,
-            further=result.further,
-        )
+        return self.model_of(result.groups, result.ridges, result.further)
+
+    def model_of(
+        self, groups: Sequence[str], ridges: Sequence[float], further: IntArray | None = None
+    ) -> ClassModel:
+        """Model of the baseline with some groups, each at its own ridge, and columns of laws."""
+        table, jitter = self.table, self.constants.jitter
+        members = [table.groups[name] for name in groups]
+        laws = np.empty(0, dtype=np.int64) if further is None else further
+        columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
+        penalty = np.zeros((columns.size, columns.size))
+        nonnegative = np.zeros(columns.size, dtype=bool)
+        first = table.n_base + laws.size
+        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
+        energy = table.total[columns, columns].max(initial=0.0)
+        diagonal = np.full(columns.size, jitter)
+        diagonal[: table.n_base] = _ROUNDING * energy
+        if table.base_penalty.size:
+            diagonal[: table.n_base] += table.base_penalty[: table.n_base]
+        diagonal[table.n_base : first] = jitter * energy
+        for member, ridge in zip(members, ridges, strict=True):
+            span = slice(first, first + member.columns.size)
+            penalty[span, span] = ridge * member.penalty
+            nonnegative[span] = member.is_nonnegative
+            first = span.stop
+        penalty[np.diag_indices(columns.size)] += diagonal
+        return ClassModel(columns, penalty, nonnegative)
 
     def amplitudes(self, result: HeldOutSquares) -> dict[int, float]:
         """Coefficient of every column of a result in the fit to all blocks, by its place.
@@ -335,8 +323,7 @@ class ClassScores:
         self, groups: tuple[str, ...], options: Sequence[tuple[float, ...]]
     ) -> HeldOutSquares:
         """Result of the ridges that leave least."""
-        jitter = self.constants.jitter
-        models = [_class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
+        models = [self.model_of(groups, ridges) for ridges in options]
         results = [
             HeldOutSquares(squares, groups, ridges)
             for squares, ridges in zip(self._held_out(models), options, strict=True)
@@ -407,7 +394,7 @@ class ClassScores:
         """
         if not self.base_products:
             table, base = self.table, slice(1, 1 + self.table.n_base)
-            penalty = _class_model(table, (), (), jitter=self.constants.jitter).penalty
+            penalty = self.model_of((), ()).penalty
             training, blocks = table.training.copy(), table.gram.copy()
             for fold, outside in enumerate(training if table.n_base else ()):
                 fit = _solved(_factor(outside[base, base] + penalty), outside[base])

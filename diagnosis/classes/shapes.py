@@ -223,16 +223,16 @@ def shape_words(
     """
     if not np.abs(y).max() > 0.0:
         return "zero throughout"
-    if name == RESTORING_FORCE:
-        return _force_words(x, y, units)
     if name == DISSIPATION:
         return _dissipation_words(x, y, units, friction)
-    if name == HYSTERESIS:
-        return _loop_words(x, y, units)
-    if name == MEMORY:
-        return _memory_words(x, y, units)
-    if name == COUPLED_DAMPING:
-        return _coupled_words(x, y, units)
+    words = {
+        RESTORING_FORCE: _force_words,
+        HYSTERESIS: _loop_words,
+        MEMORY: _memory_words,
+        COUPLED_DAMPING: _coupled_words,
+    }
+    if name in words:
+        return words[name](x, y, units)
     return f"changes by {in_unit(float(np.ptp(y)), units[1])}"
 
 

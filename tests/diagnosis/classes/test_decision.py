@@ -13,7 +13,6 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
     ClassScores,
-    _class_model,
     _free_coefficients,
     coefficients,
     products_of,
@@ -244,10 +243,11 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
         table,
         groups=table.groups | {"a": ColumnGroup(columns_of_a, np.eye(columns_of_a.size), True)},
     )
-    model = _class_model(signed, ("a",), (0.0,), jitter=0.0)
+    limits = replace(LIMITS, jitter=0.0)
+    model = ClassScores(signed, limits).model_of(("a",), (0.0,))
     c = coefficients(products_of(signed.total, model), model)
     assert_allclose(c[1:], 0.0, atol=1e-12)
-    free = _class_model(table, ("a",), (0.0,), jitter=0.0)
+    free = ClassScores(table, limits).model_of(("a",), (0.0,))
     c = coefficients(products_of(table.total, free), free)
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.
