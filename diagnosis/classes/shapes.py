@@ -22,6 +22,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.classes.shares import INTERVAL
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -38,8 +39,6 @@ from carrierflex.simulation.laws import (
 
 #: Points of a curve.
 POINTS = 81
-#: Quantiles of the draws that are a curve's 95 % band.
-_BAND = (0.025, 0.975)
 _SEED = 3
 #: Share of the range over which a curve is called straight, to take the baseline's part out.
 _STRAIGHT = 0.25
@@ -75,7 +74,7 @@ def drawn_coefficients(
 
 def band_of(y: FloatArray, draws: FloatArray) -> FloatArray:
     """95 % band of a curve over its draws, the curve itself within it; shape (n, 2)."""
-    low, high = np.quantile(draws, _BAND, axis=0)
+    low, high = np.quantile(draws, INTERVAL, axis=0)
     return np.array([np.minimum(low, y), np.maximum(high, y)]).T
 
 
@@ -161,7 +160,7 @@ def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[floa
         (plus, minus), error = _steps_at_rest(v, y, rest_speed)
         level = 0.5 * (max(plus, 0.0) + max(minus, 0.0))
         halves.append((level, level - error, level + error))
-    low, high = np.quantile(np.array(halves)[:, 1:], _BAND, axis=0)
+    low, high = np.quantile(np.array(halves)[:, 1:], INTERVAL, axis=0)
     return halves[0][0], max(min(low[0], halves[0][0]), 0.0), max(high[1], halves[0][0])
 
 

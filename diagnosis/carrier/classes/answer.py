@@ -115,8 +115,7 @@ _TORQUES_NOTE = "fewer than three torques: what a class follows cannot be determ
 _OFFSET_NOTE = "the offset of every run is fitted to it: whether one is missing is not compared"
 #: Penalties that the folds choose from: down to none for gaps of hundreds of floors.
 _RIDGES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
-_PAIR_RIDGES = (1e-2, 1.0)
-_CONSTANTS = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES, second_cause=FURTHER_CAUSE)
+_CONSTANTS = ClassConstants(ridges=_RIDGES, second_cause=FURTHER_CAUSE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -283,50 +283,31 @@ class RunColumns:
 
     def target(self, channel: Channel, samples: IntArray) -> dict[Key, FloatArray]:
         """Target and another simulator's prediction at some samples."""
-        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]} | self._predicted(channel)
+        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]}
+        delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+        rows |= _predictions_of(self.run, channel, delays)
         return {key: values[samples] for key, values in rows.items()}
-
-    def _predicted(self, channel: Channel) -> dict[Key, FloatArray]:
-        """Another simulator's prediction of the whole run, at the nodes of a delay too."""
-        if channel.name not in self._last_predicted:
-            # Those of all channels would be as large as the record.
-            self._last_predicted.clear()
-            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-            self._last_predicted[channel.name] = _predictions_of(self.run, channel, delays)
-        return self._last_predicted[channel.name]
-
-    @cached_property
-    def _last_predicted(self) -> dict[str, dict[Key, FloatArray]]:
-        return {}
 
     def blocks(self, most_blocks: int) -> list[IntArray]:
         """Numbers of the revolutions of at most `most_blocks` blocks."""
         n = len(self.revolutions)
         return np.array_split(np.arange(n), min(most_blocks, n))
 
-    def chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
-        """Blocks grouped so that no group holds many more samples than a chunk."""
-        groups: list[list[IntArray]] = [[]]
-        n_samples = 0
-        for block in blocks:
-            size = sum(self.revolutions[r].size for r in block)
-            if n_samples and n_samples + size > _CHUNK:
-                groups.append([])
-                n_samples = 0
-            groups[-1].append(block)
-            n_samples += size
-        return groups
-
 
 def groups_of_runs(runs: Sequence[Run]) -> Iterator[range]:
     """Numbers of neighbouring runs whose columns are in memory at once."""
+    return groups_within([run.time.size for run in runs], _CHUNK)
+
+
+def groups_within(sizes: Sequence[int], most: int) -> Iterator[range]:
+    """Numbers of neighbours whose sizes add up to no more than a limit; one at least."""
     first, n_samples = 0, 0
-    for r, run in enumerate(runs):
-        if n_samples and n_samples + run.time.size > _CHUNK:
-            yield range(first, r)
-            first, n_samples = r, 0
-        n_samples += run.time.size
-    yield range(first, len(runs))
+    for k, size in enumerate(sizes):
+        if n_samples and n_samples + size > most:
+            yield range(first, k)
+            first, n_samples = k, 0
+        n_samples += size
+    yield range(first, len(sizes))
 
 
 def blocks_of_runs(
@@ -345,7 +326,8 @@ def blocks_of_runs(
     if len(runs) > 1:
         yield from _made_together(runs, channel, blocks, owners, source)
     else:
-        chunks = ([chunk] for chunk in runs[0].chunks(blocks[0]))
+        sizes = [sum(runs[0].revolutions[r].size for r in block) for block in blocks[0]]
+        chunks = ([[blocks[0][k] for k in group]] for group in groups_within(sizes, _CHUNK))
         made = (_made_together(runs, channel, chunk, owners, source) for chunk in chunks)
         yield (block for (of_chunk,) in made for block in of_chunk)
 
