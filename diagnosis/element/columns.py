@@ -107,6 +107,12 @@ class MotionSize:
         return np.geomspace(least, longest, _N_PRESLIDING)
 
     @property
+    def yields(self) -> FloatArray:
+        """Yield deflections of the sliders."""
+        least = max(_YIELDS[0] * self.half_range, self.least_yield)
+        return np.geomspace(least, max(_YIELDS[-1] * self.half_range, 2.0 * least), _YIELDS.size)
+
+    @property
     def half_range(self) -> float:
         """Half of the range of the deflection."""
         return 0.5 * (self.high - self.low)
@@ -138,9 +144,9 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
         taus = _shapes_of(law, size)
         return relaxing_branches(run.x, taus, run.step, from_rest=run.from_rest)[:, None]
     if law == "elasto_plastic_friction":
-        return stops(run.x, yields(size), from_rest=run.from_rest)[:, None]
+        return stops(run.x, size.yields, from_rest=run.from_rest)[:, None]
     if law == PRESLIDING:
-        return dahl_friction(run.x, yields(size)[:10], from_rest=run.from_rest)[:, None]
+        return dahl_friction(run.x, size.yields[:10], from_rest=run.from_rest)[:, None]
     static = static_law(law, run.x, run.v, size)
     if static is not None:
         return static
@@ -179,7 +185,7 @@ def _shapes_of(law: str, size: MotionSize) -> FloatArray:
     shapes: Mapping[str, FloatArray] = {
         "backlash": _GAPS * max(abs(size.low), abs(size.high)),
         "stribeck_friction": _RISE_SPEEDS * size.speed,
-        "elasto_plastic_friction": yields(size),
+        "elasto_plastic_friction": size.yields,
         "maxwell_branch": _TAUS * size.time,
     }
     return shapes[law]
@@ -193,12 +199,6 @@ def change_by_delay(run: ForceRecord) -> FloatArray:
     tenth of the sampling frequency.
     """
     return change_over(run.force, run.step, band_end(np.inf, run.step), run.lag)
-
-
-def yields(size: MotionSize) -> FloatArray:
-    """Yield deflections of the sliders, shape (n,)."""
-    least = max(_YIELDS[0] * size.half_range, size.least_yield)
-    return np.geomspace(least, max(_YIELDS[-1] * size.half_range, 2.0 * least), _YIELDS.size)
 
 
 def _sign(v: FloatArray, size: MotionSize) -> FloatArray:
@@ -463,7 +463,7 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
     slider. With weights of at least zero no strength and no stiffness is negative, and loops may
     soften, harden, be pinched, or differ from side to side.
     """
-    z = stops(x, yields(size), from_rest=from_rest)
+    z = stops(x, size.yields, from_rest=from_rest)
     middle = 0.5 * (size.low + size.high)
     at = np.clip((x - middle) / size.half_range, -1.0, 1.0)
     varying = z[_COUPLED_YIELDS]
@@ -484,7 +484,7 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
 
 def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
     """Stops whose forces have these weights of the columns of :func:`stops_columns`."""
-    plain = yields(size)
+    plain = size.yields
     varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
     names = {"slip": plain} | dict.fromkeys(_BY_DEFLECTION, varying)
     names |= dict.fromkeys(_BY_SPRING, curved)

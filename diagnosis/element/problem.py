@@ -395,10 +395,7 @@ def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> Elem
         record.with_response(response) if by_force else replace(record, response=response, gap=None)
         for record, response in zip(problem.records, predicted, strict=True)
     )
-    # What the prediction contains already is no candidate.
-    contained = campaign.baseline.effects
-    cards = {name: card for name, card in problem.model.cards.items() if name not in contained}
-    linear = replace(problem.model, contained=(), cards=cards)
+    linear = problem.model.without_effects()
     theta = fit_effects(replace(problem, model=linear, records=simulated, table=None), ()).theta
     records = tuple(
         replace(

@@ -121,6 +121,11 @@ class ModelInTime(ABC):
         known = self.effects.get(effect)
         return known.measurement if known else None
 
+    def without_effects(self) -> Self:
+        """Baseline alone: what it contains is no candidate either."""
+        cards = {name: card for name, card in self.cards.items() if name not in self.contained}
+        return replace(self, contained=(), cards=cards)
+
     def predicted_together(
         self, effects: Effects, runs: Sequence[tuple[Any, Sequence[FloatArray]]], refined: int
     ) -> list[list[FloatArray]] | None:

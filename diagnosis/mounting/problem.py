@@ -321,13 +321,7 @@ def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> Mo
     channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)
     runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
     simulated = mounting_records(replace(campaign, channels=channels, runs=runs))
-    # What the prediction contains already is no candidate.
-    cards = {
-        name: card
-        for name, card in problem.model.cards.items()
-        if name not in campaign.baseline.effects
-    }
-    linear = replace(problem.model, contained=(), cards=cards)
+    linear = problem.model.without_effects()
     # Of a prediction that is early or in another unit the least squares may be no bushings; the
     # difference steps stay inside the bounds too.
     physical = [

@@ -451,7 +451,9 @@ def carrier_class_answer(
         simulated=candidates,
     )
     # Laws with values by run say nothing of a condition that is held out.
-    holding = _classes_holding(by_run)
+    holding = {
+        law: (_class_id(*_LAWS[law], has_torques=True),) if law in _LAWS else () for law in by_run
+    }
     classes_of_law = {**answer.classes_of_law, **holding}
     laws = answer.law_sets
     # They are no columns of the table: each is fitted alone and beside others, unless the table has
@@ -510,11 +512,3 @@ def _classes_of_laws(
             first = _class_id(shape, follows, has_torques=has_torques or is_sensor)
         ordered[law] = tuple(sorted(classes, key=lambda name: name != first))
     return ordered
-
-
-def _classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
-    return {
-        law: (_class_id(_LAWS[law][0], _LAWS[law][1], has_torques=True),) if law in _LAWS else ()
-        for law in laws
-    }
