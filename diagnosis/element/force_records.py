@@ -95,11 +95,6 @@ class ForceRecord:
         return self.record.step
 
     @property
-    def band_hz(self) -> float:
-        """End of the band in which forces are compared."""
-        return self.weight.band_hz
-
-    @property
     def drive(self) -> FloatArray:
         """Drive of the run."""
         return self.record.drive

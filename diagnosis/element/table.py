@@ -133,7 +133,7 @@ class ElementTable(ElementRuns):
     def independent_samples(self) -> float:
         """Samples of all runs that are independent in their bands."""
         return sum(
-            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.band_hz * run.step)
+            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.weight.band_hz * run.step)
             for run in self.records
         )
 

@@ -13,7 +13,7 @@ the noise (Wiener: each frequency by the share of the gap in what was measured t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,11 +61,6 @@ class RigidBody:
     def free_output(self) -> FloatArray:
         """Channels over the free coordinates, shape (n_channels, 3)."""
         return self.output[:, :N_FREE]
-
-    @cached_property
-    def to_free(self) -> FloatArray:
-        """Free coordinates from the channels by least squares, shape (3, n_channels)."""
-        return np.asarray(np.linalg.pinv(self.free_output))
 
     @property
     def shows_motion(self) -> bool:
@@ -196,6 +191,8 @@ def bushing_motions(
         for record, of_channel in zip(records, predicted, strict=True)
     ]
     filled = [_filled(gap) for gap in gaps]
+    # By least squares, shape (3, n_channels).
+    to_free = np.linalg.pinv(body.free_output)
     motions = []
     for number, record in enumerate(records):
         near = np.empty(filled[number].shape)
@@ -210,7 +207,7 @@ def bushing_motions(
         signals = base + near
         loads = record.inputs.loads
         rest = body.G[:N_FREE] @ loads[: record.zeroing_samples].mean(axis=0)
-        q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
+        q = to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
         rate = np.gradient(q, record.step, axis=1)
         u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], way) for way in (q, rate))
         motions.append(
