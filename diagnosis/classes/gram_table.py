@@ -80,9 +80,8 @@ class GramTable:
     @cached_property
     def training(self) -> FloatArray:
         """Products over the blocks outside each fold, shape (n_folds, n, n)."""
-        return np.array(
-            [self.total - self.gram[self.folds == fold].sum(axis=0) for fold in self.fold_numbers]
-        )
+        folds = range(int(self.folds.max()) + 1)
+        return np.array([self.total - self.gram[self.folds == fold].sum(axis=0) for fold in folds])
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -95,11 +94,6 @@ class GramTable:
     def is_in_surface(self, name: str) -> bool:
         """Whether the coupled class holds all of a class: itself, and what it contains."""
         return bool(self.surface) and set(self.classes[name]) <= set(self.classes[self.surface])
-
-    @property
-    def fold_numbers(self) -> range:
-        """Numbers of the folds."""
-        return range(int(self.folds.max()) + 1)
 
     @property
     def base(self) -> IntArray:

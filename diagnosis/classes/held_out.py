@@ -24,13 +24,6 @@ class ClassModel:
     penalty: FloatArray  # Quadratic penalty, shape (n, n)
     is_nonnegative: np.ndarray  # Coefficients that are >= 0, shape (n,)
 
-    @cached_property
-    def free_first(self) -> tuple[IntArray, int]:
-        """Order of the coefficients with those first that may be negative, and their number."""
-        free = ~self.is_nonnegative
-        order = np.concatenate([np.flatnonzero(free), np.flatnonzero(self.is_nonnegative)])
-        return order, int(np.count_nonzero(free))
-
     def with_base(self, n_base: int) -> "ClassModel":
         """The same columns without the baseline's."""
         rest = slice(n_base, None)
@@ -61,7 +54,9 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
         return np.empty(0)
     A = products[1:, 1:] + model.penalty
     b = products[1:, 0]
-    order, n_free = model.free_first
+    # Those that may be negative stand first.
+    order = np.argsort(model.is_nonnegative, kind="stable")
+    n_free = int(np.count_nonzero(~model.is_nonnegative))
     if n_free == b.size:
         return _solved(_factor(A), b)
     if not n_free:

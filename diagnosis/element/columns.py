@@ -117,11 +117,6 @@ class MotionSize:
         """Half of the range of the deflection."""
         return 0.5 * (self.high - self.low)
 
-    @property
-    def time(self) -> float:
-        """Time scale of the motion [s]."""
-        return self.half_range / self.speed
-
 
 def classes_of(law: str, measured: Mapping[str, ElementLaw]) -> tuple[str, ...]:
     """Classes that hold a law; of a user's law f(q, v) and of a table those of any surface."""
@@ -186,7 +181,7 @@ def _shapes_of(law: str, size: MotionSize) -> FloatArray:
         "backlash": _GAPS * max(abs(size.low), abs(size.high)),
         "stribeck_friction": _RISE_SPEEDS * size.speed,
         "elasto_plastic_friction": size.yields,
-        "maxwell_branch": _TAUS * size.time,
+        "maxwell_branch": _TAUS * (size.half_range / size.speed),
     }
     return shapes[law]
 

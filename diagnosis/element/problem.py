@@ -233,7 +233,11 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         if table is None or not holds_shapes(table.bases.size, parameters, theta):
             return np.zeros(len(parameters))
         J = force_derivatives(self.model, table.table, table.bases.size, parameters, theta)
-        n = table.independent_samples
+        # In its band the samples of a run are not all independent.
+        n = sum(
+            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.weight.band_hz * run.step)
+            for run in table.records
+        )
         return discrepancy_shift(table.table, J, independent_samples=n)
 
     def delay_words(self, theta: FloatArray) -> str:

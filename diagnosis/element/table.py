@@ -129,14 +129,6 @@ class ElementTable(ElementRuns):
     #: them and whether they are curves; copies under other limits share them
     loops: dict[tuple[str, bool], tuple[SmoothLoop, GramTable]] = field(default_factory=dict)
 
-    @property
-    def independent_samples(self) -> float:
-        """Samples of all runs that are independent in their bands."""
-        return sum(
-            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.weight.band_hz * run.step)
-            for run in self.records
-        )
-
 
 def element_table(
     model: ElementModel,

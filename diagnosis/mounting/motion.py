@@ -172,10 +172,6 @@ class BushingMotion:
         rows = self.body.rows[:, :, :N_FREE].reshape(4, N_FREE)
         return self.signals_of(-rows.T @ forces.reshape(len(forces), 4, -1))
 
-    def signals_of_side(self, forces: FloatArray, side: int) -> FloatArray:
-        """Signals that forces in one bushing make, shape (m, 2, n)."""
-        return self.signals_of(-self.body.rows[side, :, :N_FREE].T @ forces)
-
 
 def bushing_motions(
     model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray

@@ -263,7 +263,10 @@ class _Columns:
         table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
         for group in self.groups:
             forces = group.columns(run)
-            starboard, port = (run.signals_of_side(forces[:, side], side) for side in range(2))
+            starboard, port = (
+                run.signals_of(-rows.T @ forces[:, side])
+                for side, rows in enumerate(run.body.rows[:, :, :N_FREE])
+            )
             for name, values in (
                 (group.id, starboard + port),
                 (f"{group.id}:starboard", starboard),
