@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.laws import Law
@@ -24,53 +25,57 @@ _Interval = tuple[float, float]
 class BesideCurve:
     """Curve of another part beside that of a shape."""
 
-    name: str  # Part in words
-    #: x, y: abscissa and curve, shape (n,)
-    x: FloatArray
-    y: FloatArray
-    band: FloatArray  # 95 % band over the blocks, lower and upper end, shape (n, 2)
+    name: Annotated[str, "Part in words"]
+    x: Annotated[FloatArray, "Abscissa and curve"]
+    y: Annotated[FloatArray, "Abscissa and curve"]
+    band: Annotated[FloatArray, "Its 95 % band"]
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredShape:
-    """Curve that the records give for a class, over the range they visit."""
+    """Curve that the records give for a class, over the range they visit; arrays of shape (n,)."""
 
-    #: x, y: abscissa and the measured curve, shape (n,)
-    x: FloatArray
-    y: FloatArray
-    band: FloatArray  # 95 % band over the blocks, lower and upper end, shape (n, 2)
-    law: FloatArray  # Nearest law along the abscissa, shape (n,); empty where none is drawn
-    #: labels, units: what x and y are, and their units
-    labels: tuple[str, str]
-    units: tuple[str, str]
-    words: str  # The curve in an engineer's words
-    smooth: FloatArray  # The curve without its steps at rest, shape (n,)
-    #: Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed
-    steps: tuple[float, float]
-    beside: tuple[BesideCurve, ...] = ()  # Curves of other parts
-    name: str = "measured"  # What the curve is beside others, in words
+    x: Annotated[FloatArray, "Abscissa and the measured curve"]
+    y: Annotated[FloatArray, "Abscissa and the measured curve"]
+    #: Shape (n, 2)
+    band: Annotated[FloatArray, "Lower and upper end of the 95 % band over the blocks"]
+    law: Annotated[
+        FloatArray, "The nearest law along the same abscissa; empty where no law is drawn"
+    ]
+    labels: Annotated[tuple[str, str], "What x and y are, and their units"]
+    units: Annotated[tuple[str, str], "What x and y are, and their units"]
+    words: Annotated[str, "The curve in an engineer's words"]
+    smooth: Annotated[FloatArray, "The curve without its steps at rest"]
+    steps: Annotated[
+        tuple[float, float],
+        "Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed",
+    ]
+    beside: Annotated[tuple[BesideCurve, ...], "Curves of other parts"] = ()
+    name: Annotated[str, "What the curve is beside others, in words"] = "measured"
 
 
 #: Begins the name of a measured shape of a class among the laws of the simulator.
 MEASURED = "measured "
+_SHARE_WORDS = (
+    "Share of the gap above the floor that the class explains on held-out records; in a pair, the "
+    "mean of what it explains alone and of what is lost without it: parts add up to the pair's "
+    "share. No share of an answer is above one"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class ClassFinding:
-    """One class of the answer, and the law in it.
+    """One class of the answer, and the law in it."""
 
-    Shares are of the gap above the floor on held-out records, none of an answer above one.
-    """
-
-    id: str  # Class
-    #: share, share_ci95: what the class explains; in a pair, the mean of what it explains alone and
-    #: of what is lost without it: parts add up to the pair's share
-    share: float
-    share_ci95: _Interval
-    law: str  # Nearest law of the library in this class; empty where it holds none
-    law_share: float  # What that law explains
-    law_named: bool  # Whether the records cannot tell the law from the class
-    shape: MeasuredShape | None = None  # None where the class has none
+    id: Annotated[str, "Class"]
+    share: Annotated[float, _SHARE_WORDS]
+    share_ci95: Annotated[_Interval, _SHARE_WORDS]
+    law: Annotated[str, "Nearest law of the library in this class; empty where it holds none"]
+    law_share: Annotated[
+        float, "Share of the gap above the floor that the nearest law explains on held-out records"
+    ]
+    law_named: Annotated[bool, "Whether the records cannot tell the law from the class"]
+    shape: MeasuredShape | None = None  # Measured curve; None where the class has none
     measured_law: Law | None = None  # The shape as a law without name; None where it has none
 
 
