@@ -15,7 +15,6 @@ from carrierflex.diagnosis.mounting.problem import mounting_problem, mounting_wi
 from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import CARRIER, ELEMENT, MOUNTING, Law
 
 Curves = Mapping[str, DeflectionCurve]
@@ -27,8 +26,8 @@ def problem_of(
     campaign: Campaign,
     curves: Curves | None = None,
     laws: Sequence[Law] = (),
-) -> tuple[ComparisonProblem, bool]:
-    """ComparisonProblem of a campaign, and whether its noise floor is measured.
+) -> ComparisonProblem:
+    """Comparison problem of a campaign.
 
     Parameters
     ----------
@@ -38,11 +37,6 @@ def problem_of(
         Deflection curves, which kind carrier asks for.
     laws : sequence of Law
         Laws of files of the campaign's kind, further candidates.
-
-    Returns
-    -------
-    tuple of (ComparisonProblem, bool)
-        Ready to be diagnosed.
 
     Raises
     ------
@@ -55,35 +49,23 @@ def problem_of(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds "
             f"{known}"
         )
-    _refuse_other_laws(campaign, laws)
-    return PROBLEM_BUILDERS[campaign.kind](campaign, curves, laws)
-
-
-def _refuse_other_laws(campaign: Campaign, laws: Sequence[Law]) -> None:
     for law in laws:
         if law.kind != campaign.kind:
             raise ValueError(
                 f"campaign '{campaign.name}' is of kind {campaign.kind}; law '{law.name}' is of "
                 f"{_LAW_OF[law.kind]}; expected a law file (--law) of this kind"
             )
+    return PROBLEM_BUILDERS[campaign.kind](campaign, curves, laws)
 
 
-def _element(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
-) -> tuple[ComparisonProblem, bool]:
+def _element(campaign: Campaign, curves: Curves | None, laws: Sequence[Law]) -> ComparisonProblem:
     problem = element_problem(campaign, laws)
-    if _has_predictions(campaign):
-        problem = element_with_prediction(problem, campaign)
-    return problem, problem.noise_is_measured
+    return element_with_prediction(problem, campaign) if _has_predictions(campaign) else problem
 
 
-def _mounting(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
-) -> tuple[ComparisonProblem, bool]:
+def _mounting(campaign: Campaign, curves: Curves | None, laws: Sequence[Law]) -> ComparisonProblem:
     problem = mounting_problem(campaign, laws)
-    if _has_predictions(campaign):
-        problem = mounting_with_prediction(problem, campaign)
-    return problem, problem.noise_is_measured
+    return mounting_with_prediction(problem, campaign) if _has_predictions(campaign) else problem
 
 
 def _has_predictions(campaign: Campaign) -> bool:
@@ -99,9 +81,7 @@ def _has_predictions(campaign: Campaign) -> bool:
     return True
 
 
-def _carrier(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
-) -> tuple[ComparisonProblem, bool]:
+def _carrier(campaign: Campaign, curves: Curves | None, laws: Sequence[Law]) -> ComparisonProblem:
     if campaign.baseline.source == "stage":
         raise ValueError(
             f"campaign '{campaign.name}': [baseline]: key 'source' is 'stage'; expected "
@@ -111,24 +91,12 @@ def _carrier(
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
-    return carrier_problem(campaign, curves, laws), True
+    return carrier_problem(campaign, curves, laws)
 
 
-#: Builder by kind: gives the problem, and whether its noise floor was declared or comes from
-#: repeats.
-PROBLEM_BUILDERS: dict[
-    str,
-    Callable[[Campaign, Curves | None, Sequence[Law]], tuple[ComparisonProblem, bool]],
-] = {
-    "carrier": _carrier,
-    "element": _element,
-    "mounting": _mounting,
-}
-
-
-def law_findings(problem: ComparisonProblem, laws: Sequence[Law]) -> tuple[CampaignWarning, ...]:
-    """Where records leave the range in which laws of files were measured."""
-    return tuple(warning for law in laws for warning in problem.beyond_visited(law))
+PROBLEM_BUILDERS: Mapping[
+    str, Callable[[Campaign, Curves | None, Sequence[Law]], ComparisonProblem]
+] = {"carrier": _carrier, "element": _element, "mounting": _mounting}
 
 
 _FittedValues = Mapping[str, Mapping[str, float]]

@@ -128,7 +128,7 @@ def beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves of a carrier.
     """
-    problem, _ = problem_of(campaign, curves)
+    problem = problem_of(campaign, curves)
     fit = fit_effects(problem, ())
     predicted = {record.run: record for record in problem.wiring(campaign).predictions(fit.theta)}
     names = [channel.name for channel in campaign.channels]

@@ -121,11 +121,11 @@ def answered(campaign: Campaign, truth: str, change: float, gap: float) -> TiedA
     with TemporaryDirectory() as folder:
         write_drawn_curves(Path(folder) / CURVES_FILE)
         curves = curves_of_rig(campaign.rig, Path(folder))
-    problem, _ = problem_of(campaign, curves)
+    problem = problem_of(campaign, curves)
     known = set(campaign.baseline.effects)
     others = tuple(name for name in campaign.contract.effects if name not in known)
     only_drawing = replace(campaign.baseline, impossible=others)
-    alone, _ = problem_of(replace(campaign, baseline=only_drawing), curves)
+    alone = problem_of(replace(campaign, baseline=only_drawing), curves)
     if not isinstance(alone, CarrierProblem):
         raise TypeError("a campaign of this study has a prediction of its own")
     rivals = _rivals(alone, truth)

@@ -177,9 +177,12 @@ def held_sun_campaign(
 def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
     """Draw a campaign and diagnose it."""
     made, _, _ = held_sun_campaign(body, seed, number)
-    problem, is_measured = problem_of(made.campaign, default_curves())
+    problem = problem_of(made.campaign, default_curves())
     answer = diagnose(
-        problem, campaign=made.campaign.name, kind="carrier", floor_is_measured=is_measured
+        problem,
+        campaign=made.campaign.name,
+        kind="carrier",
+        floor_is_measured=problem.noise_is_measured,
     )
     return HeldSun(made.gap / made.floor, answer.verdict, *named_and_tied(answer))
 

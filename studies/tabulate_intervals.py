@@ -98,9 +98,12 @@ def _write_case(plan: CasePlan, path: Path) -> None:
     result = CaseIntervals((), ())
     if label.parameters:  # in textbook form
         with single_threaded():
-            problem, measured = problem_of(campaign)
+            problem = problem_of(campaign)
             diagnosis = diagnose(
-                problem, campaign=campaign.name, kind=_KIND, floor_is_measured=measured
+                problem,
+                campaign=campaign.name,
+                kind=_KIND,
+                floor_is_measured=problem.noise_is_measured,
             )
         document = diagnosis_document(diagnosis)
         hits = covered_parameters(judge_by_class(label, Verdict(document, 0.0)))

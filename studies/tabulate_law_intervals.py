@@ -100,7 +100,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
     limits = Thresholds()
     with single_threaded():
         curves = default_curves() if plan.kind == "carrier" else None
-        problem, _ = problem_of(campaign, curves)
+        problem = problem_of(campaign, curves)
         search = law_fits(problem, limits)
         effects = tuple(sorted(label.effects))
         hits = []

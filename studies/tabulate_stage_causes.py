@@ -211,9 +211,9 @@ def size_of(series: NDArray[np.complex128]) -> float:
 
 def answered(campaign: Campaign, case: PredictedStage, truth: str, gap: float) -> StageAnswer:
     """Answer of the diagnosis to records that a stage predicts."""
-    problem, is_measured = problem_of(predicted_by(campaign, case), default_curves())
+    problem = problem_of(predicted_by(campaign, case), default_curves())
     answer = diagnose(
-        problem, campaign=campaign.name, kind="carrier", floor_is_measured=is_measured
+        problem, campaign=campaign.name, kind="carrier", floor_is_measured=problem.noise_is_measured
     )
     rho = np.nan if answer.reduction is None else answer.reduction.rho
     return StageAnswer(truth, gap, answer.verdict, *named_and_tied(answer), float(rho))

@@ -263,8 +263,13 @@ def _campaign_of(plan: CasePlan) -> tuple[Campaign, float]:
 
 def _diagnosed(campaign: Campaign) -> Diagnosis:
     curves = default_curves() if campaign.kind == "carrier" else None
-    problem, measured = problem_of(campaign, curves)
-    return diagnose(problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=measured)
+    problem = problem_of(campaign, curves)
+    return diagnose(
+        problem,
+        campaign=campaign.name,
+        kind=campaign.kind,
+        floor_is_measured=problem.noise_is_measured,
+    )
 
 
 def _write_case(plan: CasePlan, path: Path) -> None:
@@ -348,7 +353,7 @@ def _put_back(campaign: Campaign, diagnosis: Diagnosis) -> float:
             path = Path(folder) / f"{number}.toml"
             write_law(path, law)
             laws.append(read_law(path))
-    problem, _ = problem_of(campaign, None, laws)
+    problem = problem_of(campaign, None, laws)
     names = tuple(sorted(law.name for law in laws))
     mean_square = law_fits(problem, Thresholds()).mean_square(names)
     return float(np.sqrt(mean_square)) / diagnosis.reduction.rms_after

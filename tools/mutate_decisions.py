@@ -34,8 +34,8 @@ TESTS = {
     "diagnosis/classes/answer.py": (
         "tests/diagnosis/classes/test_answer.py",
         "tests/diagnosis/classes/test_laws.py",
+        "tests/diagnosis/classes/test_law_sets.py",
     ),
-    "diagnosis/classes/law_sets.py": ("tests/diagnosis/classes/test_law_sets.py",),
     "diagnosis/verdict.py": ("tests/diagnosis/test_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),

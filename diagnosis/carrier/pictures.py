@@ -8,7 +8,7 @@ from itertools import count
 import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.columns import RunColumns
+from carrierflex.diagnosis.carrier.records.columns import RunColumns, blocks_of_runs
 from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
@@ -88,7 +88,9 @@ class ModelResiduals:
             first = int(np.argmax(self.records.run_of_revolution == r))
             for c, channel in enumerate(self.campaign.channels):
                 turns = count(first)
-                for block in run_columns.of(channel, run_columns.blocks(MOST_BLOCKS), owners):
+                blocks = [run_columns.blocks(MOST_BLOCKS)]
+                (of_channel,) = blocks_of_runs([run_columns], channel, blocks, owners)
+                for block in of_channel:
                     rows = block.rows[[block.index.numbers[key] for key in used]]
                     signal = weights[r, c] @ rows
                     for revolution, turn in zip(block.revolutions, turns, strict=False):

@@ -17,6 +17,7 @@ from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
     RunColumns,
+    blocks_of_runs,
     columns_of_campaign,
     largest_load,
     mean_load,
@@ -236,7 +237,8 @@ def carrier_planned_table(
         columns = RunColumns(run, model.source)
         for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
             gram, n_samples = np.zeros((n_columns, n_columns)), 0
-            for block in columns.of(channel, columns.blocks(1), model.effects):
+            (of_channel,) = blocks_of_runs([columns], channel, [columns.blocks(1)], model.effects)
+            for block in of_channel:
                 numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
                 present = block.all_present
                 signatures = weights @ block.rows[:, present]

@@ -102,16 +102,14 @@ _Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
 @dataclass(frozen=True, eq=False)
 class CarrierProblem(ComparisonProblem):
-    """Rim sensors of a planet carrier.
-
-    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
-    """
+    """Rim sensors of a planet carrier."""
 
     campaign: Campaign  # Records
     model: CarrierModel  # Parameters and weights
     records: CarrierSums  # Sums over the records
     noise: FloatArray  # Variance of the noise of every channel [m²], shape (n_channels,)
     motion: OffOrders  # Lines and bands off the orders; `campaign` and `records` are without them
+    unit = "m"
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
@@ -210,11 +208,6 @@ class CarrierProblem(ComparisonProblem):
         classes = {law.name: law.effect_class for law in laws}
         model = replace(self.model, source=source, index=records.index, class_of_measured=classes)
         return replace(self, model=model, records=records)
-
-    @property
-    def unit(self) -> str:
-        """Unit of the channels."""
-        return "m"
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:

@@ -12,7 +12,7 @@ from itertools import permutations
 import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.columns import in_a_row, inputs_of
+from carrierflex.diagnosis.carrier.records.columns import groups_within, in_a_row, inputs_of
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import Fault, PredictedRecord, WiringChecks, WiringRival
@@ -69,23 +69,14 @@ class LinearBaseline:
     def by_run(self, runs: Sequence[Run]) -> Iterator[FloatArray]:
         """Columns of every run, shape (C, q, n), without those of other runs' values."""
         sensors = [rim_sensor(channel) for channel in self.campaign.channels]
-        for some in self._groups(runs):
+        n_columns = sum(map(_n_columns, self.effects))
+        most = _MOST_COLUMNS // (8 * n_columns * len(self.campaign.channels))
+        for group in groups_within([run.time.size for run in runs], most):
+            some = runs[group.start : group.stop]
             inputs = in_a_row([inputs_of(run) for run in some])
             columns = np.stack([self._of_sensor(sensor, inputs) for sensor in sensors])
             ends = np.cumsum([run.time.size for run in some])
             yield from np.split(columns, ends[:-1], axis=2)
-
-    def _groups(self, runs: Sequence[Run]) -> Iterator[list[Run]]:
-        """Runs one after the other whose columns are in memory at once; one at least."""
-        n_columns = sum(map(_n_columns, self.effects))
-        most = _MOST_COLUMNS // (8 * n_columns * len(self.campaign.channels))
-        group: list[Run] = []
-        for run in runs:
-            if group and sum(one.time.size for one in group) + run.time.size > most:
-                yield group
-                group = []
-            group.append(run)
-        yield group
 
     def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray:
         """Signals of all effects at the shapes, and with the weights, of the fit."""

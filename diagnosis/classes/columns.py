@@ -1,4 +1,4 @@
-"""Columns of the classes: splines of curves, and signals of laws with memory."""
+"""Columns of the classes: splines of curves, steps at rest, and signals of laws with memory."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +12,14 @@ from scipy.signal import lfilter
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 Run = TypeVar("Run")
+#: Speed of the asinh scale over its RMS: a third of the splines lie below a tenth of the RMS.
+_SPEED_SCALE = 0.1
+#: Relaxation times from so many steps to this share of the longest record.
+N_PRONY, _TAU_STEPS, _TAU_SHARE = 8, 1.5, 0.2
+#: Class of a stiffness that changes with time.
+TIME_VARIATION = "time_variation"
+#: Splines of time: five do not imitate a stiffness that differs from run to run.
+N_TIME = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,19 +136,8 @@ def _dahl(x, lengths, state):  # type: ignore[no-untyped-def]
 def dahl_friction(x: FloatArray, lengths: FloatArray, *, from_rest: bool = False) -> FloatArray:
     """Dry friction with pre-sliding along a motion, ``dz/dx = (1 - z sign(v)) / length``.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Deflection.
-    lengths : ndarray, shape (n_lengths,)
-        Deflection over which the friction turns.
-    from_rest : bool
-        Whether it is relaxed at the first sample.
-
-    Returns
-    -------
-    ndarray, shape (n_lengths, n)
-        Within -1 and 1.
+    Shape (n_lengths, n), within -1 and 1: `lengths` are the deflections over which it turns. Played
+    backwards first, or relaxed at the first sample (`from_rest`).
 
     References
     ----------
@@ -160,19 +157,8 @@ def along(
 ) -> FloatArray:
     """Rate-independent elements along a motion, relaxed at first or as its way backwards ends.
 
-    Between two reversals such elements move as in one stretch, so that backwards the reversals are
-    enough.
-
-    Parameters
-    ----------
-    elements : callable
-        Gives what is wanted of them along a motion, and moves their state.
-    x : ndarray, shape (n,)
-        Deflection.
-    state : ndarray
-        Relaxed state; it is changed.
-    from_rest : bool
-        Whether they are relaxed at the first sample.
+    `elements` gives what is wanted of them along a motion, and moves their relaxed `state`. Between
+    two reversals such elements move as in one stretch, so that backwards the reversals are enough.
     """
     if not from_rest:
         elements(_reversals(x)[::-1].copy(), state)
@@ -219,3 +205,29 @@ def relaxing_branches(
         gain = tau / step * (1.0 - decay)
         rows.append(lfilter([gain], [1.0, -decay], moved)[-x.size :])
     return np.array(rows)
+
+
+def curved_speed(v: FloatArray, rms: float) -> FloatArray:
+    """``asinh(v / (0.1 v_rms))``: fine near rest, coarse far from it."""
+    return np.asarray(np.arcsinh(v / (_SPEED_SCALE * rms)), dtype=np.float64)
+
+
+def straight_speed(curved: FloatArray, rms: float) -> FloatArray:
+    """Speed of :func:`curved_speed`."""
+    return np.asarray(_SPEED_SCALE * rms * np.sinh(curved), dtype=np.float64)
+
+
+def step_at_rest(v: FloatArray, rest_speed: float) -> FloatArray:
+    """Signs of positive and of negative speed, smooth where uncertain, shape (2, *v.shape)."""
+    sign = np.tanh(v / rest_speed)
+    return np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+
+
+def relaxation_times(step: float, longest: float) -> FloatArray:
+    """Relaxation times [s] of branches for a sampling interval and the longest run."""
+    return np.geomspace(_TAU_STEPS * step, _TAU_SHARE * longest, N_PRONY)
+
+
+def time_splines(longest: float) -> SplineBasis:
+    """Splines of time over the longest run [s]."""
+    return SplineBasis(0.0, longest, N_TIME)

@@ -80,18 +80,20 @@ class GramTable:
     @cached_property
     def training(self) -> FloatArray:
         """Products over the blocks outside each fold, shape (n_folds, n, n)."""
-        return np.array(
-            [self.total - self.gram[self.folds == fold].sum(axis=0) for fold in self.fold_numbers]
-        )
+        folds = range(int(self.folds.max()) + 1)
+        return np.array([self.total - self.gram[self.folds == fold].sum(axis=0) for fold in folds])
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Columns of each class."""
+        return {
+            name: sum(self.groups[group].columns.size for group in members)
+            for name, members in self.classes.items()
+        }
 
     def is_in_surface(self, name: str) -> bool:
         """Whether the coupled class holds all of a class: itself, and what it contains."""
         return bool(self.surface) and set(self.classes[name]) <= set(self.classes[self.surface])
-
-    @property
-    def fold_numbers(self) -> range:
-        """Numbers of the folds."""
-        return range(int(self.folds.max()) + 1)
 
     @property
     def base(self) -> IntArray:
@@ -108,19 +110,10 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
     [1]_. The shift of theta against the fit without them shows how far the answer depends on the
     discrepancy's form; the posterior would be drawn to a discrepancy of mean zero [2]_.
 
-    Parameters
-    ----------
-    table : GramTable
-        Columns of target, baseline, classes and laws.
-    J : ndarray, shape (n_columns, p)
-        Derivatives of the target by the parameters, as coefficients of the columns.
-    independent_samples : float
-        Samples whose noise is independent, N_eff: the floor of a sample is taken N / N_eff times.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Zero where the fit leaves no more than the floor, and for a parameter without a derivative.
+    `J` are the derivatives of the target by the parameters as coefficients of the columns, shape
+    (n_columns, p); of `independent_samples` the noise is independent, N_eff: the floor of a sample
+    is taken N / N_eff times. Zero where the fit leaves no more than the floor, and for a parameter
+    without a derivative.
 
     References
     ----------

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise, product
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 #: Rounding of a product of columns of unit energy.
@@ -25,49 +24,10 @@ class ClassModel:
     penalty: FloatArray  # Quadratic penalty, shape (n, n)
     is_nonnegative: np.ndarray  # Coefficients that are >= 0, shape (n,)
 
-    @cached_property
-    def free_first(self) -> tuple[IntArray, int]:
-        """Order of the coefficients with those first that may be negative, and their number."""
-        free = ~self.is_nonnegative
-        order = np.concatenate([np.flatnonzero(free), np.flatnonzero(self.is_nonnegative)])
-        return order, int(np.count_nonzero(free))
-
     def with_base(self, n_base: int) -> "ClassModel":
         """The same columns without the baseline's."""
         rest = slice(n_base, None)
         return ClassModel(self.columns[rest], self.penalty[rest, rest], self.is_nonnegative[rest])
-
-
-def _class_model(
-    table: GramTable,
-    groups: Sequence[str],
-    ridges: Sequence[float],
-    *,
-    jitter: float,
-    further: IntArray | None = None,
-) -> ClassModel:
-    """Model of the baseline with some groups, each at its own ridge."""
-    members: list[ColumnGroup] = [table.groups[name] for name in groups]
-    laws = np.empty(0, dtype=np.int64) if further is None else further
-    columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
-    penalty = np.zeros((columns.size, columns.size))
-    nonnegative = np.zeros(columns.size, dtype=bool)
-    first = table.n_base + laws.size
-    if laws.size:
-        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
-    energy = table.total[columns, columns].max(initial=0.0)
-    diagonal = np.full(columns.size, jitter)
-    diagonal[: table.n_base] = _ROUNDING * energy
-    if table.base_penalty.size:
-        diagonal[: table.n_base] += table.base_penalty[: table.n_base]
-    diagonal[table.n_base : first] = jitter * energy
-    for member, ridge in zip(members, ridges, strict=True):
-        span = slice(first, first + member.columns.size)
-        penalty[span, span] = ridge * member.penalty
-        nonnegative[span] = member.is_nonnegative
-        first = span.stop
-    penalty[np.diag_indices(columns.size)] += diagonal
-    return ClassModel(columns, penalty, nonnegative)
 
 
 def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
@@ -75,42 +35,16 @@ def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
 
     Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n).
     """
-    columns_of_table = np.concatenate([[0], model.columns])
-    chosen_products = np.empty((*gram.shape[:-2], columns_of_table.size, columns_of_table.size))
-    # Groups stand together in a table: slices are copied several times as fast as single places.
-    spans = _stretches(np.arange(columns_of_table.size), columns_of_table)
-    for (rows, from_rows), (columns, from_columns) in product(spans, repeat=2):
-        chosen_products[..., rows, columns] = gram[..., from_rows, from_columns]
-    return chosen_products
-
-
-def _stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
-    """Pairs of places as slices, each of pairs that follow each other on both sides."""
-    cuts = np.flatnonzero((np.diff(first) != 1) | (np.diff(second) != 1)) + 1
-    ends = pairwise([0, *cuts.tolist(), first.size])
-    return [
-        (slice(int(first[a]), int(first[b - 1]) + 1), slice(int(second[a]), int(second[b - 1]) + 1))
-        for a, b in ends
-    ]
+    columns = np.concatenate([[0], model.columns])
+    return gram.take(columns, axis=-2).take(columns, axis=-1)
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     """Coefficients c that minimise ``|target - columns c|² + c' P c``, some c >= 0.
 
     The free coefficients are projected out of the products first; what remains is a small problem
-    of non-negative least squares.
-
-    Parameters
-    ----------
-    products : ndarray, shape (1 + n, 1 + n)
-        Products of the target and the model's columns (:func:`products_of`).
-    model : ClassModel
-        Columns and penalty.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the order of the model's columns.
+    of non-negative least squares. `products`, shape (1 + n, 1 + n), are those of the target and
+    the model's columns (:func:`products_of`); c is in the order of these, shape (n,).
 
     References
     ----------
@@ -120,7 +54,9 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
         return np.empty(0)
     A = products[1:, 1:] + model.penalty
     b = products[1:, 0]
-    order, n_free = model.free_first
+    # Those that may be negative stand first.
+    order = np.argsort(model.is_nonnegative, kind="stable")
+    n_free = int(np.count_nonzero(~model.is_nonnegative))
     if n_free == b.size:
         return _solved(_factor(A), b)
     if not n_free:
@@ -296,13 +232,33 @@ class ClassScores:
 
     def model(self, result: HeldOutSquares) -> ClassModel:
         """Model of a result."""
-        return _class_model(
-            self.table,
-            result.groups,
-            result.ridges,
-            jitter=self.constants.jitter,
-            further=result.further,
-        )
+        return self.model_of(result.groups, result.ridges, result.further)
+
+    def model_of(
+        self, groups: Sequence[str], ridges: Sequence[float], further: IntArray | None = None
+    ) -> ClassModel:
+        """Model of the baseline with some groups, each at its own ridge, and columns of laws."""
+        table, jitter = self.table, self.constants.jitter
+        members = [table.groups[name] for name in groups]
+        laws = np.empty(0, dtype=np.int64) if further is None else further
+        columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
+        penalty = np.zeros((columns.size, columns.size))
+        nonnegative = np.zeros(columns.size, dtype=bool)
+        first = table.n_base + laws.size
+        nonnegative[table.n_base : first] = np.isin(laws, table.one_way)
+        energy = table.total[columns, columns].max(initial=0.0)
+        diagonal = np.full(columns.size, jitter)
+        diagonal[: table.n_base] = _ROUNDING * energy
+        if table.base_penalty.size:
+            diagonal[: table.n_base] += table.base_penalty[: table.n_base]
+        diagonal[table.n_base : first] = jitter * energy
+        for member, ridge in zip(members, ridges, strict=True):
+            span = slice(first, first + member.columns.size)
+            penalty[span, span] = ridge * member.penalty
+            nonnegative[span] = member.is_nonnegative
+            first = span.stop
+        penalty[np.diag_indices(columns.size)] += diagonal
+        return ClassModel(columns, penalty, nonnegative)
 
     def amplitudes(self, result: HeldOutSquares) -> dict[int, float]:
         """Coefficient of every column of a result in the fit to all blocks, by its place.
@@ -362,8 +318,7 @@ class ClassScores:
         self, groups: tuple[str, ...], options: Sequence[tuple[float, ...]]
     ) -> HeldOutSquares:
         """Result of the ridges that leave least."""
-        jitter = self.constants.jitter
-        models = [_class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
+        models = [self.model_of(groups, ridges) for ridges in options]
         results = [
             HeldOutSquares(squares, groups, ridges)
             for squares, ridges in zip(self._held_out(models), options, strict=True)
@@ -434,7 +389,7 @@ class ClassScores:
         """
         if not self.base_products:
             table, base = self.table, slice(1, 1 + self.table.n_base)
-            penalty = _class_model(table, (), (), jitter=self.constants.jitter).penalty
+            penalty = self.model_of((), ()).penalty
             training, blocks = table.training.copy(), table.gram.copy()
             for fold, outside in enumerate(training if table.n_base else ()):
                 fit = _solved(_factor(outside[base, base] + penalty), outside[base])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.laws import Law
@@ -22,164 +23,96 @@ _Interval = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class BesideCurve:
-    """Curve of another part beside that of a shape.
+    """Curve of another part beside that of a shape."""
 
-    Parameters
-    ----------
-    name : str
-        Part in words.
-    x, y : ndarray, shape (n,)
-        Abscissa and curve.
-    band : ndarray, shape (n, 2)
-        Its 95 % band.
-    """
-
-    name: str
-    x: FloatArray
-    y: FloatArray
-    band: FloatArray
+    name: Annotated[str, "Part in words"]
+    x: Annotated[FloatArray, "Abscissa and curve"]
+    y: Annotated[FloatArray, "Abscissa and curve"]
+    band: Annotated[FloatArray, "Its 95 % band"]
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredShape:
-    """Curve that the records give for a class, over the range they visit.
+    """Curve that the records give for a class, over the range they visit; arrays of shape (n,)."""
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,)
-        Abscissa and the measured curve.
-    band : ndarray, shape (n, 2)
-        Lower and upper end of the 95 % band over the blocks.
-    law : ndarray, shape (n,)
-        The nearest law along the same abscissa; empty where no law is drawn.
-    labels, units : tuple of str
-        What x and y are, and their units.
-    words : str
-        The curve in an engineer's words.
-    smooth : ndarray, shape (n,)
-        The curve without its steps at rest.
-    steps : tuple of float
-        Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed.
-    beside : tuple of BesideCurve
-        Curves of other parts.
-    name : str
-        What the curve is beside others, in words.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    band: FloatArray
-    law: FloatArray
-    labels: tuple[str, str]
-    units: tuple[str, str]
-    words: str
-    smooth: FloatArray
-    steps: tuple[float, float]
-    beside: tuple[BesideCurve, ...] = ()
-    name: str = "measured"
+    x: Annotated[FloatArray, "Abscissa and the measured curve"]
+    y: Annotated[FloatArray, "Abscissa and the measured curve"]
+    #: Shape (n, 2)
+    band: Annotated[FloatArray, "Lower and upper end of the 95 % band over the blocks"]
+    law: Annotated[
+        FloatArray, "The nearest law along the same abscissa; empty where no law is drawn"
+    ]
+    labels: Annotated[tuple[str, str], "What x and y are, and their units"]
+    units: Annotated[tuple[str, str], "What x and y are, and their units"]
+    words: Annotated[str, "The curve in an engineer's words"]
+    smooth: Annotated[FloatArray, "The curve without its steps at rest"]
+    steps: Annotated[
+        tuple[float, float],
+        "Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed",
+    ]
+    beside: Annotated[tuple[BesideCurve, ...], "Curves of other parts"] = ()
+    name: Annotated[str, "What the curve is beside others, in words"] = "measured"
 
 
 #: Begins the name of a measured shape of a class among the laws of the simulator.
 MEASURED = "measured "
+_SHARE_WORDS = (
+    "Share of the gap above the floor that the class explains on held-out records; in a pair, the "
+    "mean of what it explains alone and of what is lost without it: parts add up to the pair's "
+    "share. No share of an answer is above one"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class ClassFinding:
-    """One class of the answer, and the law in it.
+    """One class of the answer, and the law in it."""
 
-    Parameters
-    ----------
-    id : str
-        Class.
-    share, share_ci95 : float, tuple of float
-        Share of the gap above the floor that the class explains on held-out records; in a pair,
-        the mean of what it explains alone and of what is lost without it: parts add up to the
-        pair's share. No share of an answer is above one.
-    law : str
-        Nearest law of the library in this class; empty where it holds none.
-    law_share : float
-        Share of the gap above the floor that the nearest law explains on held-out records.
-    law_named : bool
-        Whether the records cannot tell the law from the class.
-    shape : MeasuredShape, optional
-        Measured curve; None where the class has none.
-    measured_law : Law, optional
-        Measured shape as a law without name; None where the class has none.
-    """
-
-    id: str
-    share: float
-    share_ci95: _Interval
-    law: str
-    law_share: float
-    law_named: bool
-    shape: MeasuredShape | None = None
-    measured_law: Law | None = None
+    id: Annotated[str, "Class"]
+    share: Annotated[float, _SHARE_WORDS]
+    share_ci95: Annotated[_Interval, _SHARE_WORDS]
+    law: Annotated[str, "Nearest law of the library in this class; empty where it holds none"]
+    law_share: Annotated[
+        float, "Share of the gap above the floor that the nearest law explains on held-out records"
+    ]
+    law_named: Annotated[bool, "Whether the records cannot tell the law from the class"]
+    shape: MeasuredShape | None = None  # Measured curve; None where the class has none
+    measured_law: Law | None = None  # The shape as a law without name; None where it has none
 
 
 @dataclass(frozen=True, eq=False)
 class ClassAnswer:
-    """Which class of effect the gap shows.
+    """Which class of effect the gap shows."""
 
-    Parameters
-    ----------
-    state : str
-        One of :data:`NOTHING`, :data:`NAMED_CLASS`, :data:`LEADING_CLASS`, :data:`NO_CLASS`,
-        :data:`NOT_VISIBLE`.
-    classes : tuple of ClassFinding
-        One for a single cause, two for a pair; empty where no class is named.
-    ties : tuple of tuple of str
-        Sets of classes that the records cannot tell from the answer.
-    rivals : mapping of str to float
-        Share of every other class alone; of all of them where none is named.
-    share, share_ci95 : float, tuple of float
-        Share of the whole answer.
-    learnable : float
-        Share that the union of all classes, or the best pair, explains.
-    learnt_by : tuple of str
-        Classes of the best pair beside the answer; empty where none adds to it.
-    law_share : float
-        Share that the nearest laws explain together.
-    classes_of_law : mapping of str to tuple of str
-        Classes that hold each law, the narrowest first.
-    note : str
-        What the records cannot say, as a sentence; empty where nothing.
-    best : tuple of str
-        Classes that explain the share, where none is named; else empty.
-    unsupported : mapping of str to Law
-        Measured shapes of these classes, or of named ones that held-out records do not support.
-    experiment : str
-        What to record so that the class shows, where these records hold causes only mixed; empty
-        where nothing is asked.
-    same_scores : bool
-        Whether laws and classes are scored on the same signals and held-out records; otherwise
-        classes are compared in force space and laws are simulated.
-    law_sets : tuple of tuple of str
-        Sets of laws that are worth a fit in the simulator.
-    causes : tuple of tuple of str
-        Further sets, one for each cause of a body that differs from its drawing.
-    alike : tuple of tuple of str
-        Groups of laws of one class that differ only in what they follow, where the records cannot
-        say what a class follows.
-    """
-
+    #: NOTHING, NAMED_CLASS, LEADING_CLASS, NO_CLASS or NOT_VISIBLE
     state: str
+    #: One for a single cause, two for a pair; empty where no class is named
     classes: tuple[ClassFinding, ...]
-    ties: tuple[tuple[str, ...], ...]
+    ties: tuple[tuple[str, ...], ...]  # Sets that the records cannot tell from the answer
+    #: Share of every other class alone; of all of them where none is named
     rivals: Mapping[str, float]
+    #: share, share_ci95: of the answer as one
     share: float
     share_ci95: _Interval
-    learnable: float
+    learnable: float  # Share that the union of all classes, or the best pair, explains
+    #: Classes of the best pair beside the answer; empty where none adds to it
     learnt_by: tuple[str, ...]
-    law_share: float
+    law_share: float  # Share that the nearest laws explain together
+    #: Classes that hold each law, the narrowest first
     classes_of_law: Mapping[str, tuple[str, ...]]
-    note: str = ""
-    best: tuple[str, ...] = ()
+    note: str = ""  # What the records cannot say, as a sentence; empty where nothing
+    best: tuple[str, ...] = ()  # Classes that explain the share, where none is named
+    #: Measured shapes of these classes, or of named ones that held-out records do not support
     unsupported: Mapping[str, Law | None] = field(default_factory=dict)
+    #: What to record so that the class shows, where these records hold causes only mixed
     experiment: str = ""
+    #: Whether laws and classes are scored on the same signals and held-out records; otherwise
+    #: classes are compared in force space and laws are simulated
     same_scores: bool = False
-    law_sets: tuple[tuple[str, ...], ...] = ()
+    law_sets: tuple[tuple[str, ...], ...] = ()  # Laws that are worth a fit in the simulator
+    #: Further sets, one for each cause of a body that differs from its drawing
     causes: tuple[tuple[str, ...], ...] = ()
+    #: Groups of laws of one class that differ only in what they follow, where the records cannot
+    #: say what a class follows
     alike: tuple[tuple[str, ...], ...] = ()
 
     @property

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import (
     ClassScores,
@@ -21,6 +22,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.classes.shares import INTERVAL
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -37,8 +39,6 @@ from carrierflex.simulation.laws import (
 
 #: Points of a curve.
 POINTS = 81
-#: Quantiles of the draws that are a curve's 95 % band.
-_BAND = (0.025, 0.975)
 _SEED = 3
 #: Share of the range over which a curve is called straight, to take the baseline's part out.
 _STRAIGHT = 0.25
@@ -53,21 +53,9 @@ _BESIDE_REST = (1.0, 9.0)
 def drawn_coefficients(
     scores: ClassScores, result: HeldOutSquares, columns: IntArray
 ) -> FloatArray:
-    """Coefficients of some columns in the table's units: of all blocks, then of every draw.
+    """Coefficients of some columns of a result in the table's units, shape (1 + n_draws, n).
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Table.
-    result : HeldOutSquares
-        Result whose columns are fitted.
-    columns : ndarray of int, shape (n,)
-        Columns that are wanted, among those of the result.
-
-    Returns
-    -------
-    ndarray, shape (1 + n_draws, n)
-        Coefficients.
+    Those of all blocks, then of every draw of the blocks.
     """
     table = scores.table
     model = scores.model(result)
@@ -86,7 +74,7 @@ def drawn_coefficients(
 
 def band_of(y: FloatArray, draws: FloatArray) -> FloatArray:
     """95 % band of a curve over its draws, the curve itself within it; shape (n, 2)."""
-    low, high = np.quantile(draws, _BAND, axis=0)
+    low, high = np.quantile(draws, INTERVAL, axis=0)
     return np.array([np.minimum(low, y), np.maximum(high, y)]).T
 
 
@@ -126,25 +114,14 @@ def without_steps(
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Curve over the speed without its steps at rest, and their heights.
 
-    A step is where the curve beside rest reaches rest on a straight line (:func:`steps_at_rest`);
-    columns of the splines and of the steps share it between them in any way. Friction never drives.
-
-    Parameters
-    ----------
-    v, y : ndarray, shape (n,)
-        Speed and curve.
-    rest_speed : float
-        Speed below which its sign is uncertain.
-
-    Returns
-    -------
-    tuple of (ndarray, tuple of float)
-        Curve, shape (n,), and steps at positive and at negative speed, >= 0.
+    A step is where the curve beside rest reaches rest on a straight line;
+    columns of the splines and of the steps share it between them in any way. Friction never drives:
+    steps at positive and at negative speed are >= 0. Below `rest_speed` the sign is uncertain.
     """
     certain = CERTAIN_SIGN * rest_speed
     edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
     first, second = np.interp(edges, v, y)
-    plus, minus = steps_at_rest(v, y, rest_speed)[0]
+    plus, minus = _steps_at_rest(v, y, rest_speed)[0]
     steps = (max(plus, 0.0), max(minus, 0.0))
     rest = np.where(v > 0.0, y - steps[0], y + steps[1])
     inner = (v > edges[1]) & (v < edges[0])
@@ -152,7 +129,7 @@ def without_steps(
     return rest, steps
 
 
-def steps_at_rest(
+def _steps_at_rest(
     v: FloatArray, y: FloatArray, rest_speed: float
 ) -> tuple[tuple[float, float], float]:
     """Force at positive and at negative speed that a curve has at rest, and its uncertainty.
@@ -180,22 +157,40 @@ def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[floa
     """
     halves = []
     for y in draws:
-        (plus, minus), error = steps_at_rest(v, y, rest_speed)
+        (plus, minus), error = _steps_at_rest(v, y, rest_speed)
         level = 0.5 * (max(plus, 0.0) + max(minus, 0.0))
         halves.append((level, level - error, level + error))
-    low, high = np.quantile(np.array(halves)[:, 1:], _BAND, axis=0)
+    low, high = np.quantile(np.array(halves)[:, 1:], INTERVAL, axis=0)
     return halves[0][0], max(min(low[0], halves[0][0]), 0.0), max(high[1], halves[0][0])
 
 
-def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Law fitted to a curve with a straight line added, shape (n,).
+def fitted_law(shapes: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Law at its best shape fitted to a curve with a straight line added, shape (n,).
 
-    `columns`, shape (n_columns, n), are the law for unit amplitudes.
+    `shapes`, shape (n_shapes, n_columns, n), are the law for unit amplitudes.
     """
-    design = np.vstack([columns, x, np.ones(x.size)]).T
-    size = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    c = np.linalg.lstsq(design / size, y, rcond=None)[0]
-    return np.asarray(design / size @ c)
+    fits = []
+    for columns in shapes:
+        design = np.vstack([columns, x, np.ones(x.size)]).T
+        size = np.maximum(np.abs(design).max(axis=0), 1e-300)
+        c = np.linalg.lstsq(design / size, y, rcond=None)[0]
+        fits.append(np.asarray(design / size @ c))
+    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+
+
+def axes_of(name: str, units: tuple[str, str]) -> tuple[tuple[str, str], tuple[str, str]]:
+    """What both axes of the curve of a class are, and their units, from those of its law."""
+    force, length = units
+    stiffness = ("s", f"{force}/{length}")
+    axes = {
+        RESTORING_FORCE: (("deflection", "restoring force"), (length, force)),
+        DISSIPATION: (("speed", "dissipative force"), (f"{length}/s", force)),
+        COUPLED_DAMPING: (("deflection", "damping"), (length, f"{force} s/{length}")),
+        HYSTERESIS: (("deflection", "hysteretic force"), (length, force)),
+        MEMORY: (("time after a step", "relaxing stiffness"), stiffness),
+        TIME_VARIATION: (("time", "stiffness"), stiffness),
+    }
+    return axes.get(name, (("drive", "force"), (force, force)))
 
 
 #: Share of the largest value below which a curve counts as zero.
@@ -227,22 +222,17 @@ def shape_words(
     """
     if not np.abs(y).max() > 0.0:
         return "zero throughout"
-    if name == RESTORING_FORCE:
-        return _force_words(x, y, units)
     if name == DISSIPATION:
         return _dissipation_words(x, y, units, friction)
-    if name == HYSTERESIS:
-        return _loop_words(x, y, units)
-    if name == MEMORY:
-        return _memory_words(x, y, units)
-    if name == COUPLED_DAMPING:
-        return _coupled_words(x, y, units)
-    return f"changes by {_sized(float(np.ptp(y)), units[1])}"
-
-
-def length_words(value: float, unit: str) -> str:
-    """A deflection with its unit, in millimetres below a tenth of a metre."""
-    return _sized(value, unit)
+    words = {
+        RESTORING_FORCE: _force_words,
+        HYSTERESIS: _loop_words,
+        MEMORY: _memory_words,
+        COUPLED_DAMPING: _coupled_words,
+    }
+    if name in words:
+        return words[name](x, y, units)
+    return f"changes by {in_unit(float(np.ptp(y)), units[1])}"
 
 
 def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
@@ -255,11 +245,11 @@ def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]
         0.5 * float(np.interp(top, curve.x, curve.y) - np.interp(-top, curve.x, curve.y))
         for curve in (lower, upper)
     ]
-    first, second = (_sized(loss, units[1]) for loss in losses)
-    return f"loss at {_sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
+    first, second = (in_unit(loss, units[1]) for loss in losses)
+    return f"loss at {in_unit(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
 
 
-def _sized(value: float, unit: str) -> str:
+def in_unit(value: float, unit: str) -> str:
     """Size with its unit; deflections and speeds below a tenth of a metre in millimetres."""
     if unit in ("m", "m/s") and abs(value) < 0.1:
         return f"{1e3 * value:.3g} m{unit}"
@@ -288,13 +278,13 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     if changes_sign:
         # The baseline's spring took a line of it: where it begins to rise says nothing.
         ends = sorted((int(np.argmin(f)), int(np.argmax(f))))
-        at = [f"{_sized(float(f[k]), units[1])} at {_sized(float(d[k]), units[0])}" for k in ends]
+        at = [f"{in_unit(float(f[k]), units[1])} at {in_unit(float(d[k]), units[0])}" for k in ends]
         words += [f"{at[0]}, then {at[1]}, beside the baseline's spring"]
     elif power:
         towards = "stiffening" if float(np.sum(x * y)) > 0.0 else "softening"
         words.append(f"{towards} as the power {power:.1f} of the deflection")
     elif far > 0.05 * float(np.abs(x).max()):
-        words.append(f"zero below {_sized(far, units[0])}")
+        words.append(f"zero below {in_unit(far, units[0])}")
         words.append(f"{_bending(d[n_inside - 1 :], f[n_inside - 1 :])} above")
     else:
         words.append(_bending(d, f))
@@ -303,7 +293,7 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     elif is_unequal:
         words.append(f"{weaker / stronger:.0%} as strong on the other side")
     if not changes_sign:
-        words.append(f"up to {_sized(top, units[1])}")
+        words.append(f"up to {in_unit(top, units[1])}")
     return ", ".join(words)
 
 
@@ -347,12 +337,12 @@ def _dissipation_words(
     if end < 0.0:
         # No damper drives: another class of the answer holds the rest of its force.
         return "its size cannot be determined together with the other cause"
-    at_top = f"{_sized(end, units[1])} at {_sized(top, units[0])}"
+    at_top = f"{in_unit(end, units[1])} at {in_unit(top, units[0])}"
     level, low, high = friction
     if level <= _STEP * end:
         return f"grows with speed, {at_top}"
-    ends = f"{_sized(low, units[1])} to {_sized(high, units[1])}"
-    words = f"{DRY_FRICTION}, about {_sized(level, units[1])} ({ends})"
+    ends = f"{in_unit(low, units[1])} to {in_unit(high, units[1])}"
+    words = f"{DRY_FRICTION}, about {in_unit(level, units[1])} ({ends})"
     if level / _CHANGES <= end <= _CHANGES * level:
         return f"{words}, at every speed"
     return f"{words}, {'falling' if end < level else 'growing'} with speed, {at_top}"
@@ -368,7 +358,7 @@ def _loop_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
         - np.interp(middle, *_sorted(x[~rising], y[~rising]))
     )
     end = float(np.abs(y).max())
-    words = [f"loop of {_sized(float(np.ptp(y)), units[1])} over {_sized(2.0 * half, units[0])}"]
+    words = [f"loop of {in_unit(float(np.ptp(y)), units[1])} over {in_unit(2.0 * half, units[0])}"]
     if end > 0.0 and height < 0.7 * float(np.ptp(y)):
         words.append("narrow in the middle" if height < 0.4 * np.ptp(y) else "rising to its ends")
     strong, weak = float(np.abs(outwards).max()), float(np.abs(inwards).max())
@@ -390,14 +380,14 @@ def _memory_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
         return "no relaxation"
     below = np.flatnonzero(y < 0.5 * start)
     half = f"after {float(x[below[0]]):.3g} s" if below.size else f"later than {float(x[-1]):.3g} s"
-    return f"relaxes from {_sized(start, units[1])}, half of it {half}"
+    return f"relaxes from {in_unit(start, units[1])}, half of it {half}"
 
 
 def _coupled_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     ends = 0.5 * float(y[0] + y[-1])
     middle = float(np.interp(0.5 * (x[0] + x[-1]), x, y))
     sense = "larger far from the middle" if ends > middle else "larger in the middle"
-    return f"{sense}, by {_sized(float(np.ptp(y)), units[1])}"
+    return f"{sense}, by {in_unit(float(np.ptp(y)), units[1])}"
 
 
 #: The parameter of a measured law: one where the shape is as measured.
@@ -421,18 +411,9 @@ def law_of_class(
 ) -> Law:
     """Measured shape of a class of an answer, named after class and campaign.
 
-    Parameters
-    ----------
-    answer : ClassAnswer
-        Answer by class.
-    campaign : str
-        Name of the campaign.
-    names : mapping of str to str
-        Classes that a law file holds, and what the file calls them.
-    wanted : str, optional
-        Class as the file calls it; default: that of the largest share.
-    refusal : callable
-        Why the class has no law although its shape was measured; empty where it has one.
+    `names` are the classes that a law file holds and what the file calls them; `wanted` is one as
+    the file calls it, default: that of the largest share. `refusal` gives why a class has no law
+    although its shape was measured; empty where it has one.
 
     Raises
     ------
@@ -486,8 +467,8 @@ def visited_range_warning(
     """
     text = (
         f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
-        f"reach from {_sized(reached.min(), unit)} to {_sized(reached.max(), unit)}, its table "
-        f"from {_sized(table[0], unit)} to {_sized(table[-1], unit)}"
+        f"reach from {in_unit(reached.min(), unit)} to {in_unit(reached.max(), unit)}, its table "
+        f"from {in_unit(table[0], unit)} to {in_unit(table[-1], unit)}"
     )
     continued = _CONTINUED.get(law.effect_class, "the slope of its end")
     remedy = f"beyond its table the law is extrapolated with {continued}; measure it at this size"

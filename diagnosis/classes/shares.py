@@ -10,7 +10,8 @@ from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 _SEED = 7
-_INTERVAL = (0.025, 0.975)
+#: Quantiles of draws that are a 95 % interval, or the band of a curve.
+INTERVAL = (0.025, 0.975)
 
 #: Rounding of a block's squares, as a share of what the baseline leaves there.
 _ROUNDING = 1e-12
@@ -73,7 +74,7 @@ class Shares:
         """95 % interval over the blocks of what is gained in each, as a share of the gap."""
         above = self._counts @ (self.before - self.floor)
         draws = (self._counts @ gains) / np.maximum(above, 0.05 * self.gap)
-        low, high = np.quantile(draws, _INTERVAL)
+        low, high = np.quantile(draws, INTERVAL)
         return at_most_one(float(low)), at_most_one(float(high))
 
     def gain(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:

@@ -1,20 +1,19 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import (
-    ShapeOf,
     class_answer,
-    class_decision,
+    law_sets,
     without_classes,
 )
-from carrierflex.diagnosis.classes.columns import GroupColumns
-from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns
+from carrierflex.diagnosis.classes.decision import Decision, Drive, decide, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -23,22 +22,20 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
 )
 from carrierflex.diagnosis.classes.shares import Shares
-from carrierflex.diagnosis.element.columns import (
-    DELAY,
-    DRIVE_SIDE,
-    TIME_VARIATION,
-)
+from carrierflex.diagnosis.element.columns import DELAY, DRIVE_SIDE
 from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
     has_one_frequency,
     is_separable_from_time,
 )
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.shapes import measured_shape
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop
 from carrierflex.diagnosis.element.table import (
     CLASS_GROUPS,
+    LOOP,
     ElementTable,
     group_columns_along,
+    has_one_level,
     products_by_block,
     table_of,
 )
@@ -79,48 +76,23 @@ _NO_ELEMENT = (
     "a sensor that does not see it, drive and motion of different runs): on held-out records the "
     "baseline's force leaves more than no force at all"
 )
-#: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
-_SAME_LEVEL = 1.1
 #: Passes from the first order of a delay to the delay itself.
 _LAG_PASSES = 2
-#: Group of the column of a smooth loop.
-LOOP = "loop"
 _WITH_LOOP = (*CLASS_GROUPS[HYSTERESIS], LOOP)
 
 
-def answer_of_table(
-    table: ElementTable,
-    model: ElementModel,
-    noise_note: str,
-    shape_of: Callable[[ElementTable], ShapeOf],
-) -> ClassAnswer:
-    """Class of the missing effect from the table.
-
-    `noise_note` is what the records cannot say of their noise; `shape_of` gives, for a table, the
-    measured shape of a class.
-    """
-    drive = _drive_of(table, model)
+def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
+    """Class of the missing effect; `noise_note` is what the records cannot say of their noise."""
+    drive, model = _drive_of(table), table.model
     if not _shows_element(table, drive):
         scores = table.scores
         shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
-        laws = law_sets(scores, shares, (), model.cards)
-        return replace(without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT), law_sets=laws)
+        sets = law_sets(scores, shares, (), model.cards)
+        return without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT, sets)
     floor_is_known = not noise_note
-    drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
+    drive = replace(drive, note="; ".join(text for text in (noise_note, drive.note) if text))
 
-    def decided(table: ElementTable) -> tuple[Shares, Decision]:
-        return class_decision(
-            table.scores,
-            drive.candidates,
-            floor_is_known=floor_is_known,
-            inseparable=drive.inseparable,
-            # The band holds one line and its harmonics: two causes share out what one makes.
-            shows_two_causes=not drive.is_one_line,
-            shows_small_causes=not drive.is_one_frequency,
-            drive_note=drive_note,
-        )
-
-    shares, decision = decided(table)
+    shares, decision = decide(table.scores, drive, floor_is_known=floor_is_known)
     for _ in range(_LAG_PASSES):
         if DELAY not in decision.classes:
             break
@@ -129,8 +101,8 @@ def answer_of_table(
         column = int(table.table.groups["delay"].columns[0])
         lag = table.scores.amplitudes(decision.squares)[column]
         late = replace(table, records=tuple(replace(run, lag=lag) for run in table.records))
-        table = table_of(model, late, table.scores.constants)
-        shares, decision = decided(table)
+        table = table_of(late, table.scores.constants)
+        shares, decision = decide(table.scores, drive, floor_is_known=floor_is_known)
 
     def falls_short(table: ElementTable, decision: Decision) -> bool:
         # Records that were filtered before follow no law and tell no floor: what all classes learn
@@ -139,12 +111,10 @@ def answer_of_table(
 
     table, decision = _as_smooth_loop(
         table,
-        model,
         shares,
         decision,
         drive=drive,
         falls_short=falls_short(table, decision),
-        drive_note=drive_note,
     )
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
     if is_cut:
@@ -155,16 +125,15 @@ def answer_of_table(
         shares,
         decision,
         drive.candidates,
-        shape_of=shape_of(table),
-        shows_laws=not (drive.is_one_line and _has_one_level(table)),
+        shape_of=partial(measured_shape, table),
+        simulated=model.cards,
+        shows_laws=not (drive.is_one_line and has_one_level(table)),
     )
-    laws = law_sets(table.scores, shares, (decision.classes, *decision.ties), model.cards)
-    answer = replace(answer, law_sets=laws)
     experiment = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(answer, experiment=experiment) if decision.is_inseparable else answer
 
 
-def _shows_element(table: ElementTable, drive: "_Drive") -> bool:
+def _shows_element(table: ElementTable, drive: Drive) -> bool:
     """Whether the baseline explains anything of the force on held-out records."""
     # The gap of another simulator is not its baseline's to explain.
     if any(run.record.gap is not None for run in table.records):
@@ -181,19 +150,8 @@ def _shows_element(table: ElementTable, drive: "_Drive") -> bool:
     return arriving.total < (1.0 - scores.constants.gain_of_left) * still.total
 
 
-@dataclass(frozen=True)
-class _Drive:
-    """What the drive of the records can show."""
-
-    candidates: tuple[str, ...]
-    inseparable: tuple[str, ...]
-    is_one_frequency: bool
-    is_one_line: bool
-    note: str
-    experiment: str
-
-
-def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
+def _drive_of(table: ElementTable) -> Drive:
+    model = table.model
     is_steady = is_separable_from_time(table.records, table.scores.constants.separable_from_drive)
     is_one_frequency = is_steady and has_one_frequency(table.records)
     inseparable = {TIME_VARIATION} if is_one_frequency or not is_steady else set()
@@ -201,7 +159,7 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
     if is_one_line:
         # The drive is one line in each run: spring and damper take up what is linear at it.
         inseparable |= {DELAY, MEMORY}
-        if _has_one_level(table):
+        if has_one_level(table):
             # A function of the drive is any height of that line, and of its harmonics.
             inseparable |= {DRIVE_SIDE}
     excluded = set()
@@ -210,7 +168,7 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
         excluded |= {DELAY, DRIVE_SIDE}
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
-    return _Drive(
+    return Drive(
         candidates=tuple(name for name in CLASS_GROUPS if name not in excluded | inseparable),
         inseparable=tuple(sorted(inseparable)),
         is_one_frequency=is_one_frequency,
@@ -222,13 +180,11 @@ def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
 
 def _as_smooth_loop(
     table: ElementTable,
-    model: ElementModel,
     shares: Shares,
     decision: Decision,
     *,
-    drive: _Drive,
+    drive: Drive,
     falls_short: bool,
-    drive_note: str,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where a smooth loop leaves far less than the answer."""
     surface = table.table.surface
@@ -245,7 +201,7 @@ def _as_smooth_loop(
     alone, loop = _remaining_with_loop(table, "")
     best = None
     if _is_answer(shares, alone, least, _without_memory(table, drive, "")):
-        best = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
+        best = loop, _answered(decision, (HYSTERESIS,), alone, drive.note)
         least = alone
     pairs = []
     for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
@@ -253,12 +209,12 @@ def _as_smooth_loop(
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
-            pairs.append((loop, _answered(decision, pair, both, drive_note)))
+            pairs.append((loop, _answered(decision, pair, both, drive.note)))
     best = min(pairs, key=lambda entry: entry[1].squares.total, default=best)
-    return (_with_loop(model, table, best[0]), best[1]) if best else (table, decision)
+    return (_with_loop(table, best[0]), best[1]) if best else (table, decision)
 
 
-def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
+def _without_memory(table: ElementTable, drive: Drive, other: str) -> Iterator[HeldOutSquares]:
     """What causes leave that are no loop, with a class and fitted to all blocks as a loop is."""
     yield _remaining_with_loop(table, other, is_curve=True)[0]
     # Any force of deflection and speed holds the springs that a spline held out draws badly at
@@ -301,17 +257,6 @@ def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, not
     )
 
 
-def is_one_curve(table: ElementTable) -> bool:
-    """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
-    return has_one_frequency(table.records) and _has_one_level(table)
-
-
-def _has_one_level(table: ElementTable) -> bool:
-    """Whether every run is driven as hard: a law is then a curve through one point."""
-    sizes = [float(run.drive[run.counts].std()) for run in table.records]
-    return max(sizes) <= _SAME_LEVEL * min(sizes)
-
-
 def _remaining_with_loop(
     table: ElementTable, other: str, *, is_curve: bool = False
 ) -> tuple[HeldOutSquares, SmoothLoop]:
@@ -340,10 +285,10 @@ def _remaining_with_loop(
     return scores.of([name for name in (HYSTERESIS, other) if name]), loop
 
 
-def _with_loop(model: ElementModel, table: ElementTable, loop: SmoothLoop) -> ElementTable:
+def _with_loop(table: ElementTable, loop: SmoothLoop) -> ElementTable:
     """Table of all classes in which that of hysteresis holds a smooth loop too."""
     constants = table.scores.constants
-    looped = table_of(model, table, constants, (_column(loop),))
+    looped = table_of(table, constants, (_column(loop),))
     gram_table = replace(
         looped.table,
         classes={**CLASS_GROUPS, HYSTERESIS: _WITH_LOOP},

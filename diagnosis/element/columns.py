@@ -7,27 +7,25 @@ from functools import partial
 import numpy as np
 
 from carrierflex.diagnosis.classes.columns import (
+    N_PRONY,
     GroupColumns,
     SplineBasis,
     basis_over,
+    curved_speed,
     dahl_friction,
     difference_penalty,
+    relaxation_times,
     relaxing_branches,
+    step_at_rest,
     stops,
+    straight_speed,
+    time_splines,
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.signatures import contained_columns
-from carrierflex.diagnosis.kind.motion_columns import (
-    N_PRONY,
-    curved_speed,
-    relaxation_times,
-    step_at_rest,
-    straight_speed,
-    time_splines,
-)
 from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.law_forces import ElementLaw
@@ -52,7 +50,6 @@ from carrierflex.simulation.laws import (
 )
 
 DELAY = "delay"
-TIME_VARIATION = "time_variation"
 DRIVE_SIDE = "drive_side"
 #: Dry friction that turns over a length, which no effect of the library is.
 PRESLIDING = "dahl_friction"
@@ -110,14 +107,15 @@ class MotionSize:
         return np.geomspace(least, longest, _N_PRESLIDING)
 
     @property
+    def yields(self) -> FloatArray:
+        """Yield deflections of the sliders."""
+        least = max(_YIELDS[0] * self.half_range, self.least_yield)
+        return np.geomspace(least, max(_YIELDS[-1] * self.half_range, 2.0 * least), _YIELDS.size)
+
+    @property
     def half_range(self) -> float:
         """Half of the range of the deflection."""
         return 0.5 * (self.high - self.low)
-
-    @property
-    def time(self) -> float:
-        """Time scale of the motion [s]."""
-        return self.half_range / self.speed
 
 
 def classes_of(law: str, measured: Mapping[str, ElementLaw]) -> tuple[str, ...]:
@@ -141,9 +139,9 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
         taus = _shapes_of(law, size)
         return relaxing_branches(run.x, taus, run.step, from_rest=run.from_rest)[:, None]
     if law == "elasto_plastic_friction":
-        return stops(run.x, yields(size), from_rest=run.from_rest)[:, None]
+        return stops(run.x, size.yields, from_rest=run.from_rest)[:, None]
     if law == PRESLIDING:
-        return dahl_friction(run.x, yields(size)[:10], from_rest=run.from_rest)[:, None]
+        return dahl_friction(run.x, size.yields[:10], from_rest=run.from_rest)[:, None]
     static = static_law(law, run.x, run.v, size)
     if static is not None:
         return static
@@ -182,8 +180,8 @@ def _shapes_of(law: str, size: MotionSize) -> FloatArray:
     shapes: Mapping[str, FloatArray] = {
         "backlash": _GAPS * max(abs(size.low), abs(size.high)),
         "stribeck_friction": _RISE_SPEEDS * size.speed,
-        "elasto_plastic_friction": yields(size),
-        "maxwell_branch": _TAUS * size.time,
+        "elasto_plastic_friction": size.yields,
+        "maxwell_branch": _TAUS * (size.half_range / size.speed),
     }
     return shapes[law]
 
@@ -196,12 +194,6 @@ def change_by_delay(run: ForceRecord) -> FloatArray:
     tenth of the sampling frequency.
     """
     return change_over(run.force, run.step, band_end(np.inf, run.step), run.lag)
-
-
-def yields(size: MotionSize) -> FloatArray:
-    """Yield deflections of the sliders, shape (n,)."""
-    least = max(_YIELDS[0] * size.half_range, size.least_yield)
-    return np.geomspace(least, max(_YIELDS[-1] * size.half_range, 2.0 * least), _YIELDS.size)
 
 
 def _sign(v: FloatArray, size: MotionSize) -> FloatArray:
@@ -466,7 +458,7 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
     slider. With weights of at least zero no strength and no stiffness is negative, and loops may
     soften, harden, be pinched, or differ from side to side.
     """
-    z = stops(x, yields(size), from_rest=from_rest)
+    z = stops(x, size.yields, from_rest=from_rest)
     middle = 0.5 * (size.low + size.high)
     at = np.clip((x - middle) / size.half_range, -1.0, 1.0)
     varying = z[_COUPLED_YIELDS]
@@ -487,7 +479,7 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
 
 def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
     """Stops whose forces have these weights of the columns of :func:`stops_columns`."""
-    plain = yields(size)
+    plain = size.yields
     varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
     names = {"slip": plain} | dict.fromkeys(_BY_DEFLECTION, varying)
     names |= dict.fromkeys(_BY_SPRING, curved)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from carrierflex.diagnosis.classes.columns import time_splines
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import (
@@ -17,7 +18,6 @@ from carrierflex.diagnosis.element.motion import (
 from carrierflex.diagnosis.element.noise import NoiseWeight
 from carrierflex.diagnosis.element.records import BLOCKS, ElementRecord, Motion
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
-from carrierflex.diagnosis.kind.motion_columns import time_splines
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
@@ -93,11 +93,6 @@ class ForceRecord:
     def step(self) -> float:
         """Sampling interval [s]."""
         return self.record.step
-
-    @property
-    def band_hz(self) -> float:
-        """End of the band in which forces are compared."""
-        return self.weight.band_hz
 
     @property
     def drive(self) -> FloatArray:

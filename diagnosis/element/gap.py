@@ -466,16 +466,10 @@ def element_loops(
             baseline = baseline + force_of(record, effect)
         gaps.append(record.where_flat(known_force(model, record) - baseline))
     sizes = [float(np.std(gap[record.counts])) for gap, record in zip(gaps, records, strict=True)]
-    runs = [
-        (
-            records[k],
-            gaps[k],
-            np.sum([force_of(records[k], effect) for effect in effects], axis=0)
-            if effects
-            else None,
-        )
-        for k in drawn_runs(sizes, [record.condition for record in records])
-    ]
+    runs = []
+    for k in drawn_runs(sizes, [record.condition for record in records]):
+        forces = [force_of(records[k], effect) for effect in effects]
+        runs.append((records[k], gaps[k], np.sum(forces, axis=0) if effects else None))
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))

@@ -9,7 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
+from carrierflex.diagnosis.kind.problem_in_time import ModelInTime, MotionScale
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
@@ -43,26 +43,15 @@ _MOST_VALUES = 64
 
 
 @dataclass(frozen=True, eq=False)
-class ElementScale:
-    """Sizes of an element's motion and forces, its linear baseline, from the measured motion."""
+class ElementScale(MotionScale):
+    """RMS of the restoring force and the deflection; the linear baseline in force space."""
 
-    #: force, deflection, speed: RMS of the restoring force, the deflection and its rate
-    force: float
-    deflection: float
-    speed: float
+    speed: float  # RMS of the rate of the deflection
     #: m, K1, C1, f0: baseline by least squares in force space
     m: float
     K1: float
     C1: float
     f0: float
-
-    def of(self, powers: tuple[int, int, int]) -> float:
-        """Scale of a parameter with these powers of force, length and time."""
-        return float(
-            self.force ** powers[0]
-            * self.deflection ** powers[1]
-            * (self.deflection / self.speed) ** powers[2]
-        )
 
     def substeps(self, step: float) -> int:
         """Steps of integration between two samples `step` [s] apart."""
@@ -90,41 +79,32 @@ class ElementModel(ModelInTime):
 
     def of_baseline(self) -> list[Parameter]:
         """Mass where it is not given, K1, C1, f0; after a release every run's first state."""
-        base = [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
-        if self.mass is None:
-            base.insert(
-                0, ("m", (1, -1, 2), 1e-9 * self.scale.of((1, -1, 2)) if self.by_force else 0.0)
-            )
-        unknowns = [
-            Parameter(
+        scale = self.scale
+        least_mass = 1e-9 * scale.of((1, -1, 2)) if self.by_force else 0.0
+
+        def unknown(
+            name: str, powers: tuple[int, int, int], lower: float, size: float
+        ) -> Parameter:
+            return Parameter(
                 name,
                 self.unit_of(powers),
                 lower,
                 np.inf,
-                self.scale.of(powers),
+                size,
                 effect=BASELINE,
                 gain_std=self.gains.of(powers),
             )
+
+        base = [] if self.mass is not None else [("m", (1, -1, 2), least_mass)]
+        base += [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
+        unknowns = [
+            self.known.prior(unknown(name, powers, lower, scale.of(powers)), name)
             for name, powers, lower in base
         ]
-        unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        of_states = zip(
-            STATE_NAMES,
-            ((0, 1, 0), (0, 1, -1)),
-            (self.scale.deflection, self.scale.speed),
-            strict=True,
-        )
+        q_0, v_0 = STATE_NAMES
         states = [
-            Parameter(
-                name,
-                self.unit_of(powers),
-                -np.inf,
-                np.inf,
-                scale,
-                effect=BASELINE,
-                gain_std=self.gains.of(powers),
-            )
-            for name, powers, scale in of_states
+            unknown(q_0, (0, 1, 0), -np.inf, scale.deflection),
+            unknown(v_0, (0, 1, -1), -np.inf, scale.speed),
         ]
         return unknowns + [replace(state, run=run) for run in self.states for state in states]
 
@@ -212,10 +192,7 @@ class ElementModel(ModelInTime):
         limits = np.array([[record.step / substeps, most[record]] for record, _ in lanes])
         tables = [values.table for _, values in lanes if values.table is not None]
         p = np.array(
-            [
-                np.append(values.flat, factors)
-                for (_, values), (_, factors) in zip(lanes, tables, strict=True)
-            ]
+            [[*lane.flat, *table[1]] for (_, lane), table in zip(lanes, tables, strict=True)]
         )
         state, limits, p = (np.ascontiguousarray(rows.T) for rows in (state, limits, p))
         deflections = np.empty((len(motions), n))

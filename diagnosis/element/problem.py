@@ -36,7 +36,7 @@ from carrierflex.diagnosis.element.records import (
     refuse_mixed_units,
     run_in_use,
 )
-from carrierflex.diagnosis.element.shapes import beyond_visited, law_cards, measured_shape
+from carrierflex.diagnosis.element.shapes import beyond_visited, law_cards
 from carrierflex.diagnosis.element.signatures import (
     Column,
     element_scale,
@@ -194,12 +194,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Class of the missing effect."""
         if self.class_table is None:
             return None
-        return answer_of_table(
-            self.class_table,
-            self.model,
-            self.noise_note,
-            lambda table: partial(measured_shape, table, self.model),
-        )
+        return answer_of_table(self.class_table, self.noise_note)
 
     def gram_table(self) -> GramTable | None:
         """Products of classes and laws; None where the records are too short."""
@@ -238,7 +233,11 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         if table is None or not holds_shapes(table.bases.size, parameters, theta):
             return np.zeros(len(parameters))
         J = force_derivatives(self.model, table.table, table.bases.size, parameters, theta)
-        n = table.independent_samples
+        # In its band the samples of a run are not all independent.
+        n = sum(
+            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.weight.band_hz * run.step)
+            for run in table.records
+        )
         return discrepancy_shift(table.table, J, independent_samples=n)
 
     def delay_words(self, theta: FloatArray) -> str:
@@ -326,7 +325,7 @@ def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> Ele
         by_force=drive in BY_FORCE,
         # Without a mass, forces are per mass.
         mass=1.0 if per_mass else mass,
-        scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
+        scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
         channels=(channel.name,),
@@ -400,10 +399,7 @@ def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> Elem
         record.with_response(response) if by_force else replace(record, response=response, gap=None)
         for record, response in zip(problem.records, predicted, strict=True)
     )
-    # What the prediction contains already is no candidate.
-    contained = campaign.baseline.effects
-    cards = {name: card for name, card in problem.model.cards.items() if name not in contained}
-    linear = replace(problem.model, contained=(), cards=cards)
+    linear = problem.model.without_effects()
     theta = fit_effects(replace(problem, model=linear, records=simulated, table=None), ()).theta
     records = tuple(
         replace(

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.stats import gamma
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, curved_speed, step_at_rest
 from carrierflex.diagnosis.classes.gram_table import IntArray
-from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     BesideCurve,
     ClassAnswer,
@@ -20,12 +21,13 @@ from carrierflex.diagnosis.classes.shapes import (
     CERTAIN_SIGN,
     POINTS,
     SIZE,
+    axes_of,
     band_of,
     drawn_coefficients,
     fitted_law,
     half_step,
+    in_unit,
     law_of_class,
-    length_words,
     loop_spring,
     shape_words,
     slope_beside_rest,
@@ -36,11 +38,9 @@ from carrierflex.diagnosis.classes.shapes import (
 )
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
     DELAY,
     DRIVE_SIDE,
-    TIME_VARIATION,
     ElementBases,
     MotionSize,
     memory_of_stops,
@@ -49,10 +49,8 @@ from carrierflex.diagnosis.element.columns import (
     stops_of,
     surface_products,
 )
-from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.element.table import CLASS_GROUPS, ElementTable
-from carrierflex.diagnosis.kind.motion_columns import curved_speed, step_at_rest
+from carrierflex.diagnosis.element.table import CLASS_GROUPS, LOOP, ElementTable, is_one_curve
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import law_of_effect
@@ -96,12 +94,7 @@ _EQUATIONS = {
 
 
 def measured_shape(
-    table: ElementTable,
-    model: ElementModel,
-    scores: ClassScores,
-    name: str,
-    squares: HeldOutSquares,
-    law: NearestLaw,
+    table: ElementTable, name: str, squares: HeldOutSquares, law: NearestLaw
 ) -> ShapeAndLaw:
     """Curve of one class of an answer, and the law without a name that it makes.
 
@@ -109,18 +102,18 @@ def measured_shape(
     curve, and for one that no file holds. A curve over the speed is the whole force, with the
     baseline's damping; the law is what stands beside that.
     """
-    units = model.units
     if name == FORCE_SURFACE:
-        shape, measured_law = _surface_shape(table.bases, model, scores, squares)
+        shape, measured_law = _surface_shape(table, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
     if name == DELAY or name not in CLASS_GROUPS:
         return None, None
-    x, rows, labels, units_of_curve = _curve(table, name, units)
+    x, rows = _curve(table, name)
+    labels, units = axes_of(name, table.model.units)
     has_loop = name == HYSTERESIS and table.loop is not None
     groups = (*CLASS_GROUPS[name], LOOP) if has_loop else CLASS_GROUPS[name]
-    columns = np.concatenate([scores.table.groups[group].columns for group in groups])
-    draws, damping = _with_damping(model, scores, squares, columns)
+    columns = np.concatenate([table.table.groups[group].columns for group in groups])
+    draws, damping = _with_damping(table, squares, columns)
     drawn = draws @ rows
     curves = np.array([values - _baseline_share(x, values, name) for values in drawn])
     smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
@@ -137,33 +130,27 @@ def measured_shape(
         band,
         _law_curve(table, name, law, x, y),
         labels,
-        units_of_curve,
-        shape_words(name, x, y, units_of_curve, friction),
+        units,
+        shape_words(name, x, y, units, friction),
         smooth,
         steps,
     )
-    return shape, _law(table, name, shape, draws[0], units)
+    return shape, _law(table, name, shape, draws[0])
 
 
 def _with_damping(
-    model: ElementModel, scores: ClassScores, squares: HeldOutSquares, columns: IntArray
+    table: ElementTable, squares: HeldOutSquares, columns: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Draws of the coefficients of some columns, and those of the baseline's damping C1 beside."""
     # The target is the table's first column; mass, where it is fitted, K1 and C1 follow.
-    damping = 2 + (model.mass is None)
-    drawn = drawn_coefficients(scores, squares, np.append(columns, damping))
+    damping = 2 + (table.model.mass is None)
+    drawn = drawn_coefficients(table.scores, squares, np.append(columns, damping))
     return drawn[:, :-1], drawn[:, -1]
 
 
-def _law(
-    table: ElementTable,
-    name: str,
-    shape: MeasuredShape,
-    weights: FloatArray,
-    units: tuple[str, str],
-) -> Law | None:
+def _law(table: ElementTable, name: str, shape: MeasuredShape, weights: FloatArray) -> Law | None:
     """Law of a curve, without name; None of a class that no file holds."""
-    size = table.bases.size
+    size, units = table.bases.size, table.model.units
     if name in TABULATED:
         terms: list[LawTerm] = [Table(ELEMENT, shape.x, shape.smooth)]
         if name == DISSIPATION:
@@ -188,24 +175,21 @@ def _law(
     return Law("", ELEMENT, name, units, law_terms(memory), {"deflection": (size.low, size.high)})
 
 
-def _curve(
-    table: ElementTable, name: str, units: tuple[str, str]
-) -> tuple[FloatArray, FloatArray, tuple[str, str], tuple[str, str]]:
-    """Abscissa of a class, its columns along that, names and units of both axes."""
-    force, length = units
+def _curve(table: ElementTable, name: str) -> tuple[FloatArray, FloatArray]:
+    """Abscissa of a class, and its columns along that."""
     bases, size = table.bases, table.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
-        return x, bases.force(x), ("deflection", "restoring force"), (length, force)
+        return x, bases.force(x)
     if name == COUPLED_DAMPING:
-        return x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
+        return x, bases.coupled(x)
     if name == DISSIPATION:
         v = bases.drawn_speeds(2 * POINTS)
         # A bristle that has turned holds its whole force against the motion.
         turned = np.tile(np.tanh(v / size.rest_speed), (size.presliding.size, 1))
         curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
         rows = np.concatenate([bases.speed(curved), step_at_rest(v, size.rest_speed), turned])
-        return v, rows, ("speed", "dissipative force"), (f"{length}/s", force)
+        return v, rows
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
         angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
@@ -214,19 +198,16 @@ def _curve(
         if table.loop is not None:
             rows = np.vstack([rows, table.loop.along(turns)])
         turn = slice(-4 * POINTS, None)
-        return turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
-    stiffness = ("s", f"{force}/{length}")
+        return turns[turn], rows[:, turn]
     if name == MEMORY:
         t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)
-        rows = np.exp(-t[None] / bases.taus[:, None])
-        return t, rows, ("time after a step", "relaxing stiffness"), stiffness
+        return t, np.exp(-t[None] / bases.taus[:, None])
     if name == TIME_VARIATION:
         t = np.linspace(bases.time.low, bases.time.high, POINTS)
         splines = bases.time(t) / size.half_range
-        rows = np.vstack([splines, np.zeros((2 * len(splines), t.size))])
-        return t, rows, ("time", "stiffness"), stiffness
+        return t, np.vstack([splines, np.zeros((2 * len(splines), t.size))])
     u = np.linspace(bases.side.low, bases.side.high, POINTS)
-    return u, bases.side(u), ("drive", "force"), (force, force)
+    return u, bases.side(u)
 
 
 def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
@@ -258,22 +239,19 @@ def _law_curve(
     shapes = static_law(law.id, q, v, table.bases.size)
     if shapes is None:
         return np.empty(0)
-    fits = [fitted_law(columns, x, y) for columns in shapes]
-    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+    return fitted_law(shapes, x, y)
 
 
-def _surface_shape(
-    bases: ElementBases, model: ElementModel, scores: ClassScores, squares: HeldOutSquares
-) -> tuple[MeasuredShape, Law]:
+def _surface_shape(table: ElementTable, squares: HeldOutSquares) -> tuple[MeasuredShape, Law]:
     """Force over the speed at two deflections, and the surface as a law without a name."""
-    units = model.units
+    bases, units = table.bases, table.model.units
     force, length = units
     units_along_v = (f"{length}/s", force)
-    groups = scores.table.groups
+    groups = table.table.groups
     # Dry friction with a memory stands last.
     smooth_groups = [name for name in CLASS_GROUPS[FORCE_SURFACE] if name != _PRESLIDING]
     columns = np.concatenate([groups[name].columns for name in (*smooth_groups, _PRESLIDING)])
-    draws, damping = _with_damping(model, scores, squares, columns)
+    draws, damping = _with_damping(table, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
     size = bases.size
@@ -292,7 +270,7 @@ def _surface_shape(
     middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in drawn]
     drawn -= np.array(middles)[..., None]
     lower, upper = (
-        BesideCurve(f"at {length_words(place, length)}", v, y[0], band_of(y[0], y[1:]))
+        BesideCurve(f"at {in_unit(place, length)}", v, y[0], band_of(y[0], y[1:]))
         for place, y in zip(deflections, drawn, strict=True)
     )
     shape = MeasuredShape(

@@ -318,10 +318,12 @@ def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> Elem
     restoring = target - inertia
     if model.by_force:
         mass, K1, C1, f0 = _linear_element(records, (mass, K1, C1, f0), mass=model.mass)
+    deflection, speed = float(design[-3].std()), float(np.sqrt(np.mean(design[-2] ** 2)))
     return ElementScale(
         force=float(restoring.std()) or float(target.std()),
-        deflection=float(design[-3].std()),
-        speed=float(np.sqrt(np.mean(design[-2] ** 2))),
+        deflection=deflection,
+        time=deflection / speed,
+        speed=speed,
         m=mass,
         K1=max(K1, 0.0),
         C1=max(C1, 0.0),

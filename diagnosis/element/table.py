@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.columns import GroupColumns, relaxing_branches
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns, relaxing_branches
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import (
     GramTable,
@@ -25,7 +25,6 @@ from carrierflex.diagnosis.element.columns import (
     DELAY,
     DRIVE_SIDE,
     PRESLIDING,
-    TIME_VARIATION,
     ElementBases,
     MotionSize,
     classes_of,
@@ -39,6 +38,7 @@ from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
     fold_of,
     force_records,
+    has_one_frequency,
     is_separable_from_time,
     where_folds_overlap,
     while_sliding,
@@ -102,10 +102,17 @@ _STILL = 0.1
 _ROUNDING = 1e-10
 
 
+#: Group of the column of a smooth loop.
+LOOP = "loop"
+#: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
+_SAME_LEVEL = 1.1
+
+
 @dataclass(frozen=True, eq=False)
 class ElementRuns:
     """What the columns of a table are made of."""
 
+    model: ElementModel  # Baseline and library
     records: tuple[ForceRecord, ...]  # Runs
     bases: ElementBases  # Splines and sizes
 
@@ -121,14 +128,6 @@ class ElementTable(ElementRuns):
     #: Smooth loops once they were fitted, with the products of their columns, by the class beside
     #: them and whether they are curves; copies under other limits share them
     loops: dict[tuple[str, bool], tuple[SmoothLoop, GramTable]] = field(default_factory=dict)
-
-    @property
-    def independent_samples(self) -> float:
-        """Samples of all runs that are independent in their bands."""
-        return sum(
-            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.band_hz * run.step)
-            for run in self.records
-        )
 
 
 def element_table(
@@ -152,17 +151,14 @@ def element_table(
         return None
     runs = _weighted(model, where_folds_overlap(runs, constants.n_folds))
     bases = element_bases(runs, size)
-    return table_of(model, ElementRuns(_with_starting_states(runs, bases), bases), constants)
+    return table_of(ElementRuns(model, _with_starting_states(runs, bases), bases), constants)
 
 
 def table_of(
-    model: ElementModel,
-    runs: ElementRuns,
-    constants: ClassConstants,
-    more: Sequence[GroupColumns[ForceRecord]] = (),
+    runs: ElementRuns, constants: ClassConstants, more: Sequence[GroupColumns[ForceRecord]] = ()
 ) -> ElementTable:
     """Products of all columns along some runs, `more` groups beside those of all classes."""
-    bases = runs.bases
+    model, bases = runs.model, runs.bases
     groups = (*group_columns(bases, runs.records), *more)
     of_laws = [law for law in model.cards if law not in model.contained]
 
@@ -199,7 +195,18 @@ def table_of(
         one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
     )
     scores = ClassScores(table, constants)
-    return ElementTable(runs.records, bases, table, groups, scores)
+    return ElementTable(model, runs.records, bases, table, groups, scores)
+
+
+def is_one_curve(runs: ElementRuns) -> bool:
+    """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
+    return has_one_frequency(runs.records) and has_one_level(runs)
+
+
+def has_one_level(runs: ElementRuns) -> bool:
+    """Whether every run is driven as hard: a law is then a curve through one point."""
+    sizes = [float(run.drive[run.counts].std()) for run in runs.records]
+    return max(sizes) <= _SAME_LEVEL * min(sizes)
 
 
 def _motion_size(model: ElementModel, runs: Sequence[ForceRecord]) -> MotionSize:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
@@ -24,6 +23,7 @@ from carrierflex.identification.estimation.gauss_newton import (
     CostSums,
     StopRule,
 )
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 from carrierflex.identification.estimation.several_starts import (
     NestedCostError,
@@ -278,4 +278,4 @@ def _are_absent(
         and not (parameter.shape or parameter.may_reach_lower)
         for parameter in parameters
     ]
-    return np.array(are_sizes, dtype=bool) & (theta < ClassConstants().standard_errors * std)
+    return np.array(are_sizes, dtype=bool) & (theta < NORMAL_95 * std)

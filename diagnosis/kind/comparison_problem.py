@@ -67,6 +67,8 @@ class ComparisonProblem(ABC):
     `unit` is the unit of the residual.
     """
 
+    noise_is_measured: bool = True  # Whether the noise floor was declared or comes from repeats
+
     @property
     @abstractmethod
     def cards(self) -> Mapping[str, EffectCard]:

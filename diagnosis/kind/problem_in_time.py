@@ -82,11 +82,18 @@ class _TimeRecord(Protocol):
     def zero_noise(self) -> FloatArray | float: ...
 
 
-class _Scale(Protocol):
-    """Sizes of motion and forces."""
+@dataclass(frozen=True, eq=False)
+class MotionScale:
+    """Sizes of a motion and of the forces that make it."""
+
+    force: float
+    deflection: float
+    time: float  # Deflection over its rate [s]
 
     def of(self, powers: tuple[int, int, int]) -> float:
         """Scale of a parameter with these powers of force, length and time."""
+        force, length, time = powers
+        return float(self.force**force * self.deflection**length * self.time**time)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -94,7 +101,7 @@ class ModelInTime(ABC):
     """Parameters of a simulator in time: those of its baseline, then those of every effect."""
 
     effects: ClassVar[Mapping[str, ForceEffect]]  # Those that the simulator has
-    scale: _Scale  # Sizes of everything
+    scale: MotionScale  # Sizes of everything
     cards: Mapping[str, EffectCard]  # Library
     laws: Mapping[str, Force]  # Users' compiled laws by effect
     contained: Effects  # Effects of the baseline
@@ -113,6 +120,11 @@ class ModelInTime(ABC):
         """Part of the measurement model that an effect is."""
         known = self.effects.get(effect)
         return known.measurement if known else None
+
+    def without_effects(self) -> Self:
+        """Baseline alone: what it contains is no candidate either."""
+        cards = {name: card for name, card in self.cards.items() if name not in self.contained}
+        return replace(self, contained=(), cards=cards)
 
     def predicted_together(
         self, effects: Effects, runs: Sequence[tuple[Any, Sequence[FloatArray]]], refined: int
@@ -172,88 +184,6 @@ class ModelInTime(ABC):
 
 T = TypeVar("T", bound=_TimeRecord)
 M = TypeVar("M", bound=ModelInTime)
-
-
-@dataclass(frozen=True, eq=False)
-class DifferencedResiduals(Generic[T]):
-    """Measured less predicted signals of all runs as a function of the parameters."""
-
-    records: Sequence[T]  # Runs
-    #: Residuals of some records, each at some parameter sets, shape (n,) or (n, n_channels); zero
-    #: where nothing was measured, infinite where the motion diverges
-    residuals: Callable[[Sequence[tuple[T, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
-    parameters: Sequence[Parameter]  # Unknowns, shape (p,)
-    relative_step: float  # Step of the differences, relative to a parameter
-    free: BoolArray | None = None  # Parameters with differences, shape (p,); None: all
-
-    def chosen(
-        self, theta: FloatArray, chosen: BoolArray
-    ) -> list[tuple[T, NDArray[np.int64], FloatArray]]:
-        """Runs with a chosen segment: record, indices of all its segments, its residual."""
-        runs = _runs_with_segments(self.records, chosen)
-        residuals = self.residuals([(record, [theta]) for record, _ in runs])
-        return [
-            (record, segments, residual)
-            for (record, segments), (residual,) in zip(runs, residuals, strict=True)
-        ]
-
-    def sums(self, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums of the chosen runs; infinite squares where the motion diverges."""
-        n = chosen.size
-        p = theta.size
-        matrix = np.zeros((n, p, p))
-        right = np.zeros((n, p))
-        square = np.zeros(n)
-        runs = _runs_with_segments(self.records, chosen)
-        slopes = self.slopes(theta, [record for record, _ in runs])
-        for (record, segments), (residual, rows) in zip(runs, slopes, strict=True):
-            if not np.isfinite(residual).all():
-                square[segments] = np.inf
-                continue
-            for block, segment in enumerate(segments):
-                samples = np.flatnonzero(record.block == block)
-                # A slice copies nothing.
-                is_span = samples.size and samples[-1] - samples[0] + 1 == samples.size
-                inside = slice(samples[0], samples[-1] + 1) if is_span else samples
-                block_rows = rows[:, inside].reshape(p, -1)
-                block_residual = residual[inside].ravel()
-                matrix[segment] = block_rows @ block_rows.T
-                right[segment] = block_rows @ block_residual
-                square[segment] = block_residual @ block_residual
-        return SegmentSums(matrix, right, square)
-
-    def slopes(
-        self, theta: FloatArray, records: Sequence[T]
-    ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Residual and change of the prediction by parameter, (p, ...); zero where it diverges."""
-        together = max(1, _TOGETHER // (theta.size + 1))
-        for first in range(0, len(records), together):
-            group = records[first : first + together]
-            steps = [self._steps(theta, record) for record in group]
-            runs = [
-                (record, [theta, *(theta + step for step in of_record.values())])
-                for record, of_record in zip(group, steps, strict=True)
-            ]
-            for (residual, *changed), of_record in zip(self.residuals(runs), steps, strict=True):
-                rows = np.zeros((theta.size, *residual.shape))
-                if not np.isfinite(residual).all():
-                    yield residual, rows
-                    continue
-                for (k, step), other in zip(of_record.items(), changed, strict=True):
-                    if np.isfinite(other).all():
-                        np.subtract(residual, other, out=rows[k])
-                        rows[k] /= step[k]
-                yield residual, rows
-
-    def _steps(self, theta: FloatArray, record: T) -> dict[int, FloatArray]:
-        """Differences of the parameters that a record has, by their number, shape (p,) each."""
-        steps = {}
-        for k, parameter in enumerate(self.parameters):
-            if parameter.run in (None, record.name) and (self.free is None or self.free[k]):
-                step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
-                within = -step if theta[k] + step > parameter.upper else step
-                steps[k] = float(within) * (np.arange(theta.size) == k)
-        return steps
 
 
 def _runs_with_segments(
@@ -379,13 +309,71 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     def sums(
         self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
     ) -> SegmentSums:
-        """Gauss-Newton sums with derivatives by differences."""
-        return replace(self.differenced(effects), free=free).sums(theta, chosen)
+        """Gauss-Newton sums of the chosen runs; infinite squares where the motion diverges."""
+        n, p = chosen.size, theta.size
+        matrix, right, square = np.zeros((n, p, p)), np.zeros((n, p)), np.zeros(n)
+        runs = _runs_with_segments(self.records, chosen)
+        slopes = self.slopes(effects, theta, [record for record, _ in runs], free)
+        for (record, segments), (residual, rows) in zip(runs, slopes, strict=True):
+            if not np.isfinite(residual).all():
+                square[segments] = np.inf
+                continue
+            for block, segment in enumerate(segments):
+                samples = np.flatnonzero(record.block == block)
+                # A slice copies nothing.
+                is_span = samples.size and samples[-1] - samples[0] + 1 == samples.size
+                inside = slice(samples[0], samples[-1] + 1) if is_span else samples
+                block_rows = rows[:, inside].reshape(p, -1)
+                block_residual = residual[inside].ravel()
+                matrix[segment] = block_rows @ block_rows.T
+                right[segment] = block_rows @ block_residual
+                square[segment] = block_residual @ block_residual
+        return SegmentSums(matrix, right, square)
+
+    def slopes(
+        self,
+        effects: Effects,
+        theta: FloatArray,
+        records: Sequence[T],
+        free: BoolArray | None = None,
+    ) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Residual and change of the prediction by parameter, (p, ...); zero where it diverges."""
+        together = max(1, _TOGETHER // (theta.size + 1))
+        for first in range(0, len(records), together):
+            group = records[first : first + together]
+            steps = [self._steps(effects, theta, record, free) for record in group]
+            runs = [
+                (record, [theta, *(theta + step for step in of_record.values())])
+                for record, of_record in zip(group, steps, strict=True)
+            ]
+            residuals = self._residuals(effects, runs)
+            for (residual, *changed), of_record in zip(residuals, steps, strict=True):
+                rows = np.zeros((theta.size, *residual.shape))
+                if not np.isfinite(residual).all():
+                    yield residual, rows
+                    continue
+                for (k, step), other in zip(of_record.items(), changed, strict=True):
+                    if np.isfinite(other).all():
+                        np.subtract(residual, other, out=rows[k])
+                        rows[k] /= step[k]
+                yield residual, rows
+
+    def _steps(
+        self, effects: Effects, theta: FloatArray, record: T, free: BoolArray | None
+    ) -> dict[int, FloatArray]:
+        """Differences of the parameters that a record has, by their number, shape (p,) each."""
+        steps = {}
+        for k, parameter in enumerate(self.parameters(effects)):
+            if parameter.run in (None, record.name) and (free is None or free[k]):
+                step = self.difference * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
+                within = -step if theta[k] + step > parameter.upper else step
+                steps[k] = float(within) * (np.arange(theta.size) == k)
+        return steps
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and cell; infinite where the motion diverges."""
         result = np.zeros(self.cell_counts.shape)
-        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
+        for record, segments, residual in self._chosen(effects, theta, chosen):
             powers = block_powers(_by_channel(residual), record.block, record.step, self.edges_hz)
             result[segments] = powers.reshape(len(segments), -1)
         return result
@@ -393,11 +381,22 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     def total_square(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> float:
         """Squared residuals of the chosen segments without bands, which take a transform each."""
         total = 0.0
-        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
+        for record, segments, residual in self._chosen(effects, theta, chosen):
             # The last entry is that of samples outside all blocks.
             inside = np.append(chosen[segments], False)[record.block]
             total += float(np.sum(np.square(residual[inside])))
         return total
+
+    def _chosen(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray
+    ) -> list[tuple[T, NDArray[np.int64], FloatArray]]:
+        """Runs with a chosen segment: record, indices of all its segments, its residual."""
+        runs = _runs_with_segments(self.records, chosen)
+        residuals = self._residuals(effects, [(record, [theta]) for record, _ in runs])
+        return [
+            (record, segments, residual)
+            for (record, segments), (residual,) in zip(runs, residuals, strict=True)
+        ]
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Every channel of every run as measured and as a model has it."""
@@ -414,9 +413,9 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
-        return step_halving_error(
-            self._predicted(effects, theta), self._predicted(effects, theta, refined=2)
-        )
+        predicted = [self._predicted(effects, theta, refined=refined) for refined in (1, 2)]
+        changes = [finer - coarser for coarser, finer in zip(*predicted, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
 
     def predictions(self, theta: FloatArray) -> tuple[PredictedRecord, ...]:
         """Every run with its fitted baseline; NaN where samples do not count."""
@@ -432,7 +431,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def linear_records(self, theta: FloatArray, effects: Effects = ()) -> Iterator[LinearRecord]:
         """Every run with its fitted model, and the slopes of that by its parameters."""
-        slopes = self.differenced(effects).slopes(theta, self.records)
+        slopes = self.slopes(effects, theta, self.records)
         predictions = self._predicted(effects, theta)
         for record, predicted, (residual, columns) in zip(
             self.records, predictions, slopes, strict=True
@@ -470,28 +469,27 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
         """Residual of every run, of the shape of its signals."""
-        residuals = self.differenced(effects).residuals([(run, [theta]) for run in self.records])
+        residuals = self._residuals(effects, [(record, [theta]) for record in self.records])
         return [residual for (residual,) in residuals]
 
-    def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
-        """Residuals of a set of effects as a function of its parameters."""
+    def _residuals(
+        self, effects: Effects, runs: Sequence[tuple[T, Sequence[FloatArray]]]
+    ) -> list[list[FloatArray]]:
+        """Measured less predicted of some records, each at some parameter sets.
+
+        Zero where nothing was measured, infinite where the motion diverges.
+        """
 
         def remaining(record: T, response: FloatArray) -> FloatArray:
-            """Measured less predicted; zero where nothing was measured."""
-            if not np.isfinite(response).all():  # the motion diverged
+            if not np.isfinite(response).all():
                 return np.where(record.is_measured, np.inf, 0.0)
             return np.where(record.is_measured, record.measured - response, 0.0)
 
-        def residuals(runs: Sequence[tuple[T, Sequence[FloatArray]]]) -> list[list[FloatArray]]:
-            responses = self._responses(effects, runs)
-            return [
-                [remaining(record, response) for response in of_run]
-                for (record, _), of_run in zip(runs, responses, strict=True)
-            ]
-
-        return DifferencedResiduals(
-            self.records, residuals, self.parameters(effects), relative_step=self.difference
-        )
+        responses = self._responses(effects, runs)
+        return [
+            [remaining(record, response) for response in of_run]
+            for (record, _), of_run in zip(runs, responses, strict=True)
+        ]
 
     def _predicted(
         self, effects: Effects, theta: FloatArray, *, refined: int = 1
@@ -533,9 +531,3 @@ def edges_of_bands_hz(records: Sequence[_TimeRecord], n_bands: int) -> FloatArra
     longest = max(float((record.block == 0).sum()) * record.step for record in records)
     highest_hz = max(0.5 / record.step for record in records)
     return band_edges_hz(longest, 1.001 * highest_hz, n_bands)
-
-
-def step_halving_error(stated: Sequence[FloatArray], halved: Sequence[FloatArray]) -> float:
-    """RMS change of the prediction of every run with half the step."""
-    changes = [finer - coarser for coarser, finer in zip(stated, halved, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))

@@ -11,18 +11,16 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import answer_of
+from carrierflex.diagnosis.classes.columns import TIME_VARIATION
 from carrierflex.diagnosis.classes.decision import (
+    ClassesByShape,
     Decision,
-    decide_by_shape,
     is_no_clear_gain,
-    rivals_of,
     shape_of,
-    simplest,
-    ties_of,
     way_of,
+    without,
 )
-from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
+from carrierflex.diagnosis.classes.held_out import Classes
 from carrierflex.diagnosis.classes.results import NO_CLASS, NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.mounting.columns import ACTING
@@ -53,14 +51,13 @@ _LEAST_OF_MAP = 0.1
 _STIFFNESS_MAP = "stiffness_map"
 _INPUT_MAP = "input_map"
 _SENSOR_MAP = "sensor_map"
-_TIME_VARIATION = "time_variation"
 _IDS: Mapping[str, str] = {
     STIFFNESS: _STIFFNESS_MAP,
     LOADS: _INPUT_MAP,
     GAIN: _SENSOR_MAP,
     ZERO: _SENSOR_MAP,
     DELAY: _SENSOR_MAP,
-    CHANGE: _TIME_VARIATION,
+    CHANGE: TIME_VARIATION,
 }
 _WORDS = {
     f"{STIFFNESS}/axial": "stiffness along the axis",
@@ -83,17 +80,17 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
     """Answer by class of a table."""
     scores = table.scores
     shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
-    decision = decide_by_shape(scores, shares, table.sizes, as_good=is_no_clear_gain)
-    decision = _with_unequal_stiffness(scores, shares, decision)
-    decision = _with_sparse_maps(scores, shares, decision, table.sizes)
-    decision = _with_fewest_columns(scores, shares, decision, table.sizes)
+    rule = ClassesByShape(scores, shares, table.table.sizes, is_no_clear_gain)
+    decision = _with_unequal_stiffness(rule, rule.decision())
+    decision = _with_fewest_columns(rule, _with_sparse_maps(rule, decision))
+    decision = replace(decision, note=_separating_load(table, decision))
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals_of(scores, decision, table.sizes),
+        rule.rivals(decision),
         shape_of=partial(measured_shape, table, shares, decision.classes),
-        note=_separating_load(table, decision),
+        simulated=table.model.cards,
     )
     if all(shape_of(name) in LINEAR_MAPS for name in decision.classes):
         # A map of stiffness or loads that explains what no such law explains anything of.
@@ -103,8 +100,7 @@ def answer_of_table(table: MountingTable) -> ClassAnswer:
             for finding in answer.classes
         ):
             answer = replace(answer, state=NO_CLASS)
-    laws = law_sets(scores, shares, (decision.classes, *decision.ties), table.model.cards)
-    return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
+    return _in_contract_ids(replace(answer, same_scores=True))
 
 
 def _separating_load(table: MountingTable, decision: Decision) -> str:
@@ -134,33 +130,32 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
     )
 
 
-def _with_unequal_stiffness(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
+def _with_unequal_stiffness(rule: ClassesByShape, decision: Decision) -> Decision:
     """Decision in which a stiffer bushing is no force of either bushing alone."""
     if STIFFNESS in {shape_of(name) for name in decision.classes}:
         return decision
     for member in decision.classes:
         if shape_of(member) not in FORCE_GROUPS or way_of(member) != EACH:
             continue
-        others = tuple(name for name in decision.classes if name != member)
+        others = without(decision.classes, member)
         pair = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
-        scored = scores.of((*others, *pair))
-        takes_half = shares.is_clear_gain(decision.squares, scored, 0.0)
-        if not takes_half and _both_pay(scores, shares, others, pair):
-            return _replaced(scores, decision, (*others, *pair))
+        scored = rule.scores.of((*others, *pair))
+        takes_half = rule.shares.is_clear_gain(decision.squares, scored, 0.0)
+        if not takes_half and _both_pay(rule, others, pair):
+            return decision.replaced(rule.scores, (*others, *pair))
     return decision
 
 
-def _with_sparse_maps(
-    scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
-) -> Decision:
+def _with_sparse_maps(rule: ClassesByShape, decision: Decision) -> Decision:
     """Decision in which two maps of few columns are no full map."""
+    scores, sizes = rule.scores, rule.sizes
     sparse = [
         name for name in sizes if shape_of(name) in LINEAR_MAPS and way_of(name) not in (FULL, EACH)
     ]
     for member in decision.classes:
         if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
             continue
-        others = tuple(name for name in decision.classes if name != member)
+        others = without(decision.classes, member)
         taken = {shape_of(name) for name in others}
         pairs = [
             pair
@@ -172,36 +167,30 @@ def _with_sparse_maps(
             continue
         best = min(pairs, key=lambda pair: scores.of((*others, *pair)).total)
         scored = scores.of((*others, *best))
-        is_as_good = scored.total < decision.squares.total or shares.are_equal(
-            scored, decision.squares
-        )
+        is_less = scored.total < decision.squares.total
+        is_as_good = is_less or rule.shares.are_equal(scored, decision.squares)
         is_two = shape_of(best[0]) != shape_of(best[1])
-        if is_two and is_as_good and _both_pay(scores, shares, others, best):
-            return _replaced(scores, decision, (*others, *best))
+        if is_two and is_as_good and _both_pay(rule, others, best):
+            return decision.replaced(rule.scores, (*others, *best))
     return decision
 
 
-def _both_pay(scores: ClassScores, shares: Shares, others: Classes, pair: tuple[str, str]) -> bool:
+def _both_pay(rule: ClassesByShape, others: Classes, pair: tuple[str, str]) -> bool:
     """Whether two classes beside others gain what a second cause has to, either over the other."""
-    scored = scores.of((*others, *pair))
-    return not any(is_no_clear_gain(shares, scores.of((*others, name)), scored) for name in pair)
+    scores = rule.scores
+    alone = [scores.of((*others, name)) for name in pair]
+    both = scores.of((*others, *pair))
+    return not any(is_no_clear_gain(rule.shares, one, both) for one in alone)
 
 
-def _replaced(scores: ClassScores, decision: Decision, classes: Classes) -> Decision:
-    """Decision for other classes; its ties are sought anew."""
-    answer = tuple(sorted(classes))
-    return replace(decision, classes=answer, squares=scores.of(answer), ties=())
-
-
-def _with_fewest_columns(
-    scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
-) -> Decision:
+def _with_fewest_columns(rule: ClassesByShape, decision: Decision) -> Decision:
     """Decision whose members are the classes of fewest columns among those that leave as much."""
+    scores, shares, sizes = rule.scores, rule.shares, rule.sizes
     if decision.state == NOTHING:
         return decision
     answer, scored = decision.classes, decision.squares
     for member in decision.classes:
-        others = tuple(name for name in answer if name != member)
+        others = without(answer, member)
         taken = {shape_of(name) for name in others}
         rivals = [
             name
@@ -218,9 +207,9 @@ def _with_fewest_columns(
             else:
                 is_as_good = shares.are_equal(scores.of(rival), scored)
             if is_as_good:
-                answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
+                answer = rule.simplest(rival)
                 break
-    ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
+    ties = [*rule.ties(answer), *_tied_maps(rule, answer)]
     lost = {shape_of(name) for name in decision.classes} - {shape_of(name) for name in answer}
     if lost - set(LINEAR_MAPS):
         # A force of the bushings that leaves as much is another cause, not the same map in more
@@ -230,22 +219,21 @@ def _with_fewest_columns(
     return replace(decision, classes=answer, squares=scores.of(answer), ties=tuple(ties))
 
 
-def _tied_maps(
-    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
-) -> list[Classes]:
+def _tied_maps(rule: ClassesByShape, answer: Classes) -> list[Classes]:
     """Other full maps that leave as much as one in the answer."""
+    scores, sizes = rule.scores, rule.sizes
     scored = scores.of(answer)
     taken = {shape_of(name) for name in answer}
     ties = []
     for member in answer:
         if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
             continue
-        others = tuple(name for name in answer if name != member)
+        others = without(answer, member)
         for name in sizes:
             is_map = shape_of(name) in LINEAR_MAPS and way_of(name) in (FULL, EACH)
             if is_map and shape_of(name) not in taken:
                 rival = tuple(sorted((*others, name)))
-                if shares.are_equal(scores.of(rival), scored):
+                if rule.shares.are_equal(scores.of(rival), scored):
                     ties.append(rival)
     return ties
 

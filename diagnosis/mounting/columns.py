@@ -16,22 +16,20 @@ import numpy as np
 from numba import njit
 
 from carrierflex.diagnosis.classes.columns import (
+    N_PRONY,
+    N_TIME,
     GroupColumns,
     SplineBasis,
     basis_over,
-    difference_penalty,
-    relaxing_branches,
-    stops,
-)
-from carrierflex.diagnosis.comparison.problem import FloatArray, bounds_of
-from carrierflex.diagnosis.kind.motion_columns import (
-    N_PRONY,
-    N_TIME,
     curved_speed,
+    difference_penalty,
     relaxation_times,
+    relaxing_branches,
     step_at_rest,
+    stops,
     time_splines,
 )
+from carrierflex.diagnosis.comparison.problem import FloatArray, bounds_of
 from carrierflex.diagnosis.mounting.model import USER_SHARES, MountingModel
 from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws

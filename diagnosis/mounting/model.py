@@ -7,7 +7,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_cards import card_of_force
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
+from carrierflex.diagnosis.kind.problem_in_time import ModelInTime, MotionScale
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import ForceLaw, sum_of_laws
@@ -41,22 +41,6 @@ ONE_CHANNEL = tuple(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class MountingScale:
-    """Own deflection, rate and stiffness of a bushing under the measured loads."""
-
-    #: stiffness, deflection, time: nominal stiffness [N/m], RMS deflection [m], deflection over its
-    #: rate [s]
-    stiffness: float
-    deflection: float
-    time: float
-
-    def of(self, powers: tuple[int, int, int]) -> float:
-        """Scale of a parameter with these powers of force, length and time."""
-        force = self.stiffness * self.deflection
-        return float(force ** powers[0] * self.deflection ** powers[1] * self.time ** powers[2])
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MountingModel(ModelInTime):
     """Linear bushings and every effect of the contract."""
@@ -64,23 +48,17 @@ class MountingModel(ModelInTime):
     effects = MOUNTING_EFFECTS
     rig: MountingRig  # Nominal rig
     sensors: tuple[str, ...]  # Sensors of the channels
-    scale: MountingScale  # Sizes of everything
     measured: Mapping[str, Law] = field(default_factory=dict)  # Laws of files by effect
 
     def of_baseline(self) -> list[Parameter]:
         """Unknowns: K1, C1."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
+        lower, upper = K * np.array(_STIFFNESS_RANGE)
+        # Half of what the simulator takes: differences step beyond a bound.
+        most = 0.5 * PARAMETERS[INDEX["C1"]].upper
         unknowns = [
-            Parameter(
-                "K1",
-                "N/m",
-                _STIFFNESS_RANGE[0] * K,
-                _STIFFNESS_RANGE[1] * K,
-                K,
-                effect=BASELINE,
-            ),
-            # Half of what the simulator takes: differences step beyond a bound.
-            Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
+            Parameter("K1", "N/m", float(lower), float(upper), K, effect=BASELINE),
+            Parameter("C1", "N s/m", 0.0, most, C, effect=BASELINE),
         ]
         return [self.known.prior(parameter, parameter.name) for parameter in unknowns]
 
@@ -156,7 +134,7 @@ def _simulated_indices(effect: str, parameter: str) -> list[int]:
     return [INDEX[name] for name in known.values_of(parameter)]
 
 
-def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MountingScale:
+def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MotionScale:
     """Static deflection of the starboard bushing under the measured loads, and its rate."""
     rows = [
         block.rows[0] @ np.linalg.solve(block.K, block.G)
@@ -172,6 +150,6 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
         slow = (loads @ np.array(rows).T)[: count * window].reshape(count, window, 2).mean(axis=1)
         square, n = square + float((slow**2).sum()), n + count
         rate += float((np.diff(slow, axis=0) ** 2).sum()) / (window * record.step) ** 2
-    return MountingScale(
-        rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate))
-    )
+    deflection = float(np.sqrt(square / n))
+    force = rig.bushing_radial_stiffness * deflection
+    return MotionScale(force, deflection, float(np.sqrt(square / rate)))

@@ -13,7 +13,7 @@ the noise (Wiener: each frequency by the share of the gap in what was measured t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,11 +61,6 @@ class RigidBody:
     def free_output(self) -> FloatArray:
         """Channels over the free coordinates, shape (n_channels, 3)."""
         return self.output[:, :N_FREE]
-
-    @cached_property
-    def to_free(self) -> FloatArray:
-        """Free coordinates from the channels by least squares, shape (3, n_channels)."""
-        return np.asarray(np.linalg.pinv(self.free_output))
 
     @property
     def shows_motion(self) -> bool:
@@ -177,10 +172,6 @@ class BushingMotion:
         rows = self.body.rows[:, :, :N_FREE].reshape(4, N_FREE)
         return self.signals_of(-rows.T @ forces.reshape(len(forces), 4, -1))
 
-    def signals_of_side(self, forces: FloatArray, side: int) -> FloatArray:
-        """Signals that forces in one bushing make, shape (m, 2, n)."""
-        return self.signals_of(-self.body.rows[side, :, :N_FREE].T @ forces)
-
 
 def bushing_motions(
     model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
@@ -196,6 +187,8 @@ def bushing_motions(
         for record, of_channel in zip(records, predicted, strict=True)
     ]
     filled = [_filled(gap) for gap in gaps]
+    # By least squares, shape (3, n_channels).
+    to_free = np.linalg.pinv(body.free_output)
     motions = []
     for number, record in enumerate(records):
         near = np.empty(filled[number].shape)
@@ -210,7 +203,7 @@ def bushing_motions(
         signals = base + near
         loads = record.inputs.loads
         rest = body.G[:N_FREE] @ loads[: record.zeroing_samples].mean(axis=0)
-        q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
+        q = to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
         rate = np.gradient(q, record.step, axis=1)
         u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], way) for way in (q, rate))
         motions.append(

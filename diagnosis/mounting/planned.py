@@ -81,9 +81,6 @@ def mounting_planned_table(
         + [column.amplitude.scale for column in (*contained, *columns)]
     )
     grams = []
-    runs = []
-    channels = []
-    counts = []
     for r, record in enumerate(pool.records):
         note(f"signatures under {record.condition}")
         target = np.zeros_like(record.measured)
@@ -94,9 +91,8 @@ def mounting_planned_table(
         for c in range(record.measured.shape[1]):
             # The target is no amplitude; its size is one.
             grams.append(table[:, :, c] @ table[:, :, c].T / record.noise[c])
-            runs.append(r)
-            channels.append(c)
-            counts.append(np.isfinite(record.measured[:, c]).sum())
+    n_runs, n_channels = len(pool.records), len(problem.model.channels)
+    counts = [np.isfinite(record.measured).sum(axis=0) for record in pool.records]
     n_base = 2 + len(contained)
     variants: dict[tuple[str, tuple[float, ...]], list[int]] = {}
     for k, column in enumerate(columns, 1 + n_base):
@@ -107,9 +103,9 @@ def mounting_planned_table(
         np.zeros(n_base),
         tuple(Signature(*key, tuple(numbers)) for key, numbers in variants.items()),
         {column.effect: column.amplitude for column in reversed(columns)},
-        np.array(runs),
-        np.array(channels),
-        np.array(counts, dtype=np.float64),
+        np.repeat(np.arange(n_runs), n_channels),
+        np.tile(np.arange(n_channels), n_runs),
+        np.concatenate(counts).astype(np.float64),
         tuple(record.name for record in pool.records),
         problem.model.channels,
         float(np.sqrt(np.mean(pool.records[0].noise))),

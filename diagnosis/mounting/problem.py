@@ -71,12 +71,8 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     """One mounting, its records and its library."""
 
     noise_is_measured: bool  # Whether the noise was declared
+    unit = "m"
     difference = 1e-4
-
-    @property
-    def unit(self) -> str:
-        """Unit of the sensors."""
-        return "m"
 
     @cached_property
     def edges_hz(self) -> FloatArray:
@@ -149,7 +145,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         errors = declared_errors(self.model.known)
         scores = np.zeros((len(errors), theta.size))
         of_zeros = []
-        slopes = self.differenced(effects).slopes(theta, self.records)
+        slopes = self.slopes(effects, theta, self.records)
         for record, (_, changes) in zip(self.records, slopes, strict=True):
             by_parameter = changes.reshape(len(changes), -1)
             for e, error in enumerate(errors):
@@ -325,13 +321,7 @@ def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> Mo
     channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)
     runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
     simulated = mounting_records(replace(campaign, channels=channels, runs=runs))
-    # What the prediction contains already is no candidate.
-    cards = {
-        name: card
-        for name, card in problem.model.cards.items()
-        if name not in campaign.baseline.effects
-    }
-    linear = replace(problem.model, contained=(), cards=cards)
+    linear = problem.model.without_effects()
     # Of a prediction that is early or in another unit the least squares may be no bushings; the
     # difference steps stay inside the bounds too.
     physical = [

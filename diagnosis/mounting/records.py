@@ -41,9 +41,8 @@ _GAIN = float(comb(2 * _ORDER, _ORDER))
 _MEDIAN_CHI2 = 0.4549
 #: Longest memory from sample to sample that is told from motion.
 _LONGEST = 0.8
-#: Distances of samples, and the share of the differences at the second one from which motion, which
-#: is only known from what it does at the others, would give the memory.
-_LAGS = (1, 2, 3, 4)
+#: Share of the differences at a distance of two samples from which motion, which is only known from
+#: what it does at the others, would give the memory.
 _MOST_MOTION = 0.2
 #: Rounds of motion and memory in turn.
 _ROUNDS = 6
@@ -205,7 +204,7 @@ def _means(values: FloatArray, q: int) -> FloatArray:
 
 def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:
     """Noise of records of slow motion that one measuring chain took."""
-    squares = [[_difference_square(signal, lag) for lag in _LAGS] for signal in signals]
+    squares = [[_difference_square(signal, lag) for lag in range(1, 5)] for signal in signals]
     if any(np.isnan(of_signal[0]) for of_signal in squares):
         raise ValueError(
             "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"

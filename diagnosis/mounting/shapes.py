@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -18,6 +19,7 @@ from carrierflex.diagnosis.classes.results import (
 from carrierflex.diagnosis.classes.shapes import (
     POINTS,
     SIZE,
+    axes_of,
     band_of,
     drawn_coefficients,
     fitted_law,
@@ -32,7 +34,6 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.kind.motion_columns import curved_speed, straight_speed, time_splines
 from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
 from carrierflex.diagnosis.mounting.model import KIND, MountingModel
 from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions
@@ -71,15 +72,6 @@ _IN_WORDS = {
     RADIAL: "along its direction in the plane",
     SMOOTH: "giving way along its path in the plane",
 }
-#: What x and y are, and their units.
-_AXES: Mapping[str, tuple[tuple[str, str], tuple[str, str]]] = {
-    FORCE: (("deflection", "restoring force"), ("m", "N")),
-    DISSIPATION: (("speed", "dissipative force"), ("m/s", "N")),
-    COUPLED: (("deflection", "damping"), ("m", "N s/m")),
-    HYSTERESIS: (("deflection", "hysteretic force"), ("m", "N")),
-    MEMORY: (("time after a step", "relaxing stiffness"), ("s", "N/m")),
-    CHANGE: (("time", "stiffness"), ("s", "N/m")),
-}
 #: Bushings of each part, in the order of their motions.
 _BUSHINGS: Mapping[str, tuple[int, ...]] = {BOTH: (0, 1), STARBOARD: (0,), PORT: (1,)}
 #: Share of the visited sizes that are small deflections.
@@ -105,7 +97,6 @@ def measured_shape(
     table: MountingTable,
     shares: Shares,
     classes: Classes,
-    scores: ClassScores,
     name: str,
     scored: HeldOutSquares,
     law: NearestLaw,
@@ -113,10 +104,10 @@ def measured_shape(
     """Curve of one class of an answer, and the law without a name that it makes."""
     if shape_of(name) not in FORCE_GROUPS:
         return None, None
-    fit, way_words = _fit(table, shares, classes, scores, name, scored)
+    fit, way_words = _fit(table, shares, classes, name, scored)
     reduced = fit.reduced(fit.acts)
     first, *others = sorted(reduced, key=lambda side: -float(np.ptp(reduced[side][1][0])))
-    labels, units = _AXES[fit.shape]
+    labels, units = axes_of(fit.shape.rpartition("/")[2], ("N", "m"))
     x, draws = reduced[first]
     words = [_words(fit, x, draws, units), way_words]
     size = max(float(np.ptp(draws[0])), 1e-300)
@@ -318,15 +309,10 @@ def _words(fit: _Fit, x: FloatArray, draws: FloatArray, units: tuple[str, str]) 
 
 
 def _fit(
-    table: MountingTable,
-    shares: Shares,
-    classes: Classes,
-    scores: ClassScores,
-    name: str,
-    scored: HeldOutSquares,
+    table: MountingTable, shares: Shares, classes: Classes, name: str, scored: HeldOutSquares
 ) -> tuple[_Fit, str]:
     """The class in the one of its ways that leaves as much, in all where none does; in words."""
-    shape, way = shape_of(name), way_of(name)
+    scores, shape, way = table.scores, shape_of(name), way_of(name)
     groups = FORCE_GROUPS[shape]
     sides = (BOTH,) if way == SAME else (STARBOARD, PORT)
     acts: tuple[str, ...] = _ACTS[: len(groups)]
@@ -415,8 +401,7 @@ def _law_curve(
     if not law.id or shape not in _WITH_STRAIGHT_LINE:
         return np.empty(0)
     shapes = law_forces(table.model, table.size, _motion(table, shape, x), law.id)[:, :, 0, 1]
-    fits = [fitted_law(columns, x, y) for columns in shapes]
-    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+    return fitted_law(shapes, x, y)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:

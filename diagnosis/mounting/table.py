@@ -139,7 +139,6 @@ class MountingTable:
     model: MountingModel  # Baseline and library
     reach: float  # Deflection in y or z beyond which samples do not count
     scores: ClassScores  # Held-out squares, each made once
-    sizes: Mapping[str, int]  # Columns of each class
 
     def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Deflection and speed in y and z, (2, n), where samples count; 0 is starboard, 1 port."""
@@ -196,11 +195,7 @@ def mounting_table(
         return None
     table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), rows)
     scores = ClassScores(table, constants)
-    sizes = {
-        name: sum(table.groups[group].columns.size for group in members)
-        for name, members in table.classes.items()
-    }
-    return MountingTable(table, size, motions, model, limit, scores, sizes)
+    return MountingTable(table, size, motions, model, limit, scores)
 
 
 def _counting(run: BushingMotion, reach: float) -> BoolArray:
@@ -268,7 +263,10 @@ class _Columns:
         table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
         for group in self.groups:
             forces = group.columns(run)
-            starboard, port = (run.signals_of_side(forces[:, side], side) for side in range(2))
+            starboard, port = (
+                run.signals_of(-rows.T @ forces[:, side])
+                for side, rows in enumerate(run.body.rows[:, :, :N_FREE])
+            )
             for name, values in (
                 (group.id, starboard + port),
                 (f"{group.id}:starboard", starboard),

@@ -173,9 +173,9 @@ def _answers(
 def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
     """Factor of the answer to every load by least squares; one where a load does not act."""
     known = np.isfinite(measured).all(axis=1)
-    columns = predicted[:, known].reshape(len(LOADS), -1)
+    columns = predicted[:, known].reshape(len(predicted), -1)
     acts = np.abs(columns).max(axis=1) > 0.0
-    factors = np.ones(len(LOADS))
+    factors = np.ones(len(predicted))
     if acts.any() and np.isfinite(columns).all():
         factors[acts] = np.linalg.lstsq(columns[acts].T, measured[known].ravel(), rcond=None)[0]
     return factors
@@ -186,11 +186,8 @@ def _are_exchanged(
 ) -> bool:
     """Whether the answers to exchanged radial loads fit the signals, and those as read do not."""
     other = _answers(problem, [_with_exchanged_loads(one) for one in problem.records], theta)
-    known = np.isfinite(measured).all(axis=1)
-    columns = np.concatenate([as_read, other[1:]])[:, known].reshape(5, -1)
-    if not np.isfinite(columns).all() or not columns[1:].any(axis=1).all():
-        return False
-    factors = np.linalg.lstsq(columns.T, measured[known].ravel(), rcond=None)[0]
+    # Where a radial load does not act its factors are one, as read and exchanged.
+    factors = _factors(measured, np.concatenate([as_read, other[1:]]))
     return bool(factors[3:].min() > np.abs(factors[1:3]).max())
 
 

@@ -19,8 +19,13 @@ from tests.identification.synthetic_campaigns import carrier_campaign
 
 
 def diagnosis_of(campaign):
-    problem, measured = problem_of(campaign)
-    return diagnose(problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=measured)
+    problem = problem_of(campaign)
+    return diagnose(
+        problem,
+        campaign=campaign.name,
+        kind=campaign.kind,
+        floor_is_measured=problem.noise_is_measured,
+    )
 
 
 def cubic(q, v):

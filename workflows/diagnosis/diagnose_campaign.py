@@ -249,7 +249,6 @@ def _diagnosed(
     seed: int,
 ) -> Diagnosis:
     """What the records say, with what does not look right in them."""
-    from carrierflex.diagnosis.kinds import law_findings
     from carrierflex.workflows.diagnosis.examination import examined
 
     for note in measured.notes:
@@ -257,7 +256,7 @@ def _diagnosed(
     with stages.stage("signals and noise floor"):
         examination = examined(measured, curves, laws)
     _return_freed_memory()
-    beyond = law_findings(examination.problem, laws)
+    beyond = tuple(warning for law in laws for warning in examination.problem.beyond_visited(law))
     for warning in beyond:
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)

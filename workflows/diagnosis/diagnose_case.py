@@ -69,7 +69,7 @@ def _refer(campaign: Path, out: Path) -> None:
     try:
         with single_threaded():
             measured = read_campaign(campaign)
-            problem, _ = problem_of(measured, campaign_curves(measured, campaign))
+            problem = problem_of(measured, campaign_curves(measured, campaign))
             table = problem.gram_table()
             n_samples = float(problem.cell_counts.sum())
     except _FAILURES as raised:

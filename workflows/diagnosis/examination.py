@@ -36,7 +36,6 @@ class ExaminedCampaign:
     probes: Annotated[tuple[ProbeAngle, ...], "Where the probes of a carrier stand"]
     warnings: Annotated[tuple[CampaignWarning, ...], "What the records say by themselves"]
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
-    floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
     problem_of: Annotated[
         Callable[[Campaign], ComparisonProblem], "``(campaign) -> problem`` of other records of it"
     ]
@@ -109,7 +108,7 @@ class ExaminedCampaign:
             self.problem,
             campaign=self.distinct.name,
             kind=self.distinct.kind,
-            floor_is_measured=self.floor_is_measured,
+            floor_is_measured=self.problem.noise_is_measured,
             thresholds=Thresholds(seed=seed),
             note=note,
             executor=executor,
@@ -166,12 +165,11 @@ def examined(
     probes = probe_angles(campaign) if campaign.kind == "carrier" else ()
     warnings = records_findings(campaign, curves, copies, probes)
     distinct = without_copies(campaign, copies)
-    problem, floor_is_measured = problem_of(distinct, curves, laws)
+    problem = problem_of(distinct, curves, laws)
     return ExaminedCampaign(
         distinct,
         probes,
         warnings,
         problem,
-        floor_is_measured,
-        lambda other: problem_of(other, curves, laws)[0],
+        lambda other: problem_of(other, curves, laws),
     )

@@ -189,7 +189,7 @@ def plan_of(
         raise ValueError(
             f"campaign '{campaign.name}' is of kind element; expected kind carrier or mounting"
         )
-    problem, _ = problem_of(campaign, curves)
+    problem = problem_of(campaign, curves)
     pool: CarrierPool | MountingPool
     if isinstance(problem, CarrierProblem):
         pool = carrier_pool(problem.campaign, settings.costs, settings.limits)

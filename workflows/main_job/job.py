@@ -137,7 +137,7 @@ def diagnosed_gap(campaign: Path, *, out: Path) -> Gap:
     diagnosis = diagnose_campaign.main(campaign, out=out, quiet=True)
     measured = read_campaign(campaign)
     with single_threaded():  # as in diagnose_campaign
-        problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
+        problem = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
         return Gap(diagnosis, effects_in_turn(problem, _PAPER_EFFECTS))
 
 

@@ -26,15 +26,13 @@ from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import (
     FURTHER_CAUSE,
-    decide_by_shape,
-    rivals_of,
+    ClassesByShape,
     shape_of,
     way_of,
 )
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.inference.law_fits import FEWEST_CONDITIONS
@@ -117,8 +115,7 @@ _TORQUES_NOTE = "fewer than three torques: what a class follows cannot be determ
 _OFFSET_NOTE = "the offset of every run is fitted to it: whether one is missing is not compared"
 #: Penalties that the folds choose from: down to none for gaps of hundreds of floors.
 _RIDGES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
-_PAIR_RIDGES = (1e-2, 1.0)
-_CONSTANTS = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES, second_cause=FURTHER_CAUSE)
+_CONSTANTS = ClassConstants(ridges=_RIDGES, second_cause=FURTHER_CAUSE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,10 +203,7 @@ def carrier_class_table(
         folds=folds,
         scale=unit,
     )
-    sizes = {
-        name: sum(groups[group].columns.size for group in members)
-        for name, members in class_groups.items()
-    }
+    sizes = table.sizes
     for name in class_groups:
         if shape_of(name) == _MODEL or shape_of(name).startswith(STAGE):
             sizes[name] = _n_combinations(table, groups[class_groups[name][0]])
@@ -437,26 +431,31 @@ def carrier_class_answer(
     scores = ClassScores(classes.table, _CONSTANTS)
     shares = Shares(scores.of(()).squares, classes.table.floor, _CONSTANTS)
     errors = {name: DERIVATIVE_STD for name in classes.sizes if shape_of(name) == _MODEL}
-    decision = decide_by_shape(scores, shares, classes.sizes, chooses_anew=True, errors=errors)
+    rule = ClassesByShape(scores, shares, classes.sizes, chooses_anew=True, errors=errors)
+    decision = rule.decision()
     is_open = any(way_of(name) == UNDETERMINED for name in classes.sizes)
     notes = [_TORQUES_NOTE] if is_open else []
     if not any(model.effects[name].per_run for name in model.contained):
         notes.append(_OFFSET_NOTE)
+    if decision.state != NOTHING:
+        decision = replace(decision, note="; ".join(notes))
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals_of(scores, decision, classes.sizes),
-        shape_of=lambda scores, name, squares, law: (
+        rule.rivals(decision),
+        shape_of=lambda name, squares, law: (
             None,
             law_of_carrier_class(scores, name, squares, classes.visited),
         ),
-        note="; ".join(notes),
+        simulated=candidates,
     )
     # Laws with values by run say nothing of a condition that is held out.
-    holding = _classes_holding(by_run)
+    holding = {
+        law: (_class_id(*_LAWS[law], has_torques=True),) if law in _LAWS else () for law in by_run
+    }
     classes_of_law = {**answer.classes_of_law, **holding}
-    laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
+    laws = answer.law_sets
     # They are no columns of the table: each is fitted alone and beside others, unless the table has
     # their class and the answer does not (it has none of offsets that a baseline lacks).
     shown = {name for names in (decision.classes, *decision.ties) for name in names}
@@ -513,11 +512,3 @@ def _classes_of_laws(
             first = _class_id(shape, follows, has_torques=has_torques or is_sensor)
         ordered[law] = tuple(sorted(classes, key=lambda name: name != first))
     return ordered
-
-
-def _classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
-    return {
-        law: (_class_id(_LAWS[law][0], _LAWS[law][1], has_torques=True),) if law in _LAWS else ()
-        for law in laws
-    }

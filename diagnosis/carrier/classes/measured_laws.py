@@ -151,11 +151,6 @@ class VisitedLoads:
         ends = zip(self.loads.min(axis=0).tolist(), self.loads.max(axis=0).tolist(), strict=True)
         return dict(zip(("torque", "ntl_y", "ntl_z"), ends, strict=True))
 
-    @property
-    def largest_size(self) -> float:
-        """Largest radial load [N]."""
-        return float(np.hypot(self.loads[:, 1], self.loads[:, 2]).max())
-
 
 def law_of_carrier_class(
     scores: ClassScores, name: str, squares: HeldOutSquares, visited: VisitedLoads
@@ -213,7 +208,8 @@ def _tabulated_waves(
         zero = np.zeros_like(x)
         heights = np.array([function(x / torque, zero, zero) for function in functions])
         return _waves(columns, c.T @ heights, BY_TORQUE, x)
-    x = np.linspace(0.0, visited.largest_size, _LOAD_POINTS)
+    largest = float(np.hypot(visited.loads[:, 1], visited.loads[:, 2]).max())
+    x = np.linspace(0.0, largest, _LOAD_POINTS)
     # The torque is a factor beside the table where both loads make an amplitude.
     per_torque = 1.0 / torque if dependence == BY_BOTH else 1.0
     return [

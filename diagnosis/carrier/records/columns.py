@@ -283,67 +283,31 @@ class RunColumns:
 
     def target(self, channel: Channel, samples: IntArray) -> dict[Key, FloatArray]:
         """Target and another simulator's prediction at some samples."""
-        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]} | self._predicted(channel)
+        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]}
+        delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+        rows |= _predictions_of(self.run, channel, delays)
         return {key: values[samples] for key, values in rows.items()}
-
-    def _predicted(self, channel: Channel) -> dict[Key, FloatArray]:
-        """Another simulator's prediction of the whole run, at the nodes of a delay too."""
-        if channel.name not in self._last_predicted:
-            # Those of all channels would be as large as the record.
-            self._last_predicted.clear()
-            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-            self._last_predicted[channel.name] = _predictions_of(self.run, channel, delays)
-        return self._last_predicted[channel.name]
-
-    @cached_property
-    def _last_predicted(self) -> dict[str, dict[Key, FloatArray]]:
-        return {}
 
     def blocks(self, most_blocks: int) -> list[IntArray]:
         """Numbers of the revolutions of at most `most_blocks` blocks."""
         n = len(self.revolutions)
         return np.array_split(np.arange(n), min(most_blocks, n))
 
-    def of(
-        self,
-        channel: Channel,
-        blocks: Sequence[IntArray],
-        owners: Collection[str] | None = None,
-        source: ColumnSource | None = None,
-    ) -> Iterator[BlockColumns]:
-        """Columns at a sensor, block by block; `blocks` are the numbers of the revolutions of each.
-
-        The target, and another simulator's prediction, are always among them. Effects of `owners`
-        alone, computed by `source`; default: all, and those of the flexible model, by that of the
-        run.
-        """
-        for chunk in self._chunks(blocks):
-            (of_chunk,) = _made_together([self], channel, [chunk], owners, source)
-            yield from of_chunk
-
-    def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
-        """Blocks grouped so that no group holds many more samples than a chunk."""
-        groups: list[list[IntArray]] = [[]]
-        n_samples = 0
-        for block in blocks:
-            size = sum(self.revolutions[r].size for r in block)
-            if n_samples and n_samples + size > _CHUNK:
-                groups.append([])
-                n_samples = 0
-            groups[-1].append(block)
-            n_samples += size
-        return groups
-
 
 def groups_of_runs(runs: Sequence[Run]) -> Iterator[range]:
     """Numbers of neighbouring runs whose columns are in memory at once."""
+    return groups_within([run.time.size for run in runs], _CHUNK)
+
+
+def groups_within(sizes: Sequence[int], most: int) -> Iterator[range]:
+    """Numbers of neighbours whose sizes add up to no more than a limit; one at least."""
     first, n_samples = 0, 0
-    for r, run in enumerate(runs):
-        if n_samples and n_samples + run.time.size > _CHUNK:
-            yield range(first, r)
-            first, n_samples = r, 0
-        n_samples += run.time.size
-    yield range(first, len(runs))
+    for k, size in enumerate(sizes):
+        if n_samples and n_samples + size > most:
+            yield range(first, k)
+            first, n_samples = k, 0
+        n_samples += size
+    yield range(first, len(sizes))
 
 
 def blocks_of_runs(
@@ -355,12 +319,17 @@ def blocks_of_runs(
 ) -> Iterator[Iterable[BlockColumns]]:
     """Columns of some blocks of every run of a group at a sensor, those of short runs at once.
 
-    `blocks` are those of each run; `owners` and `source` as in :meth:`RunColumns.of`.
+    `blocks` are the numbers of the revolutions of each block of each run. The target, and another
+    simulator's prediction, are always among the columns; beside them effects of `owners` alone,
+    computed by `source`; default: all, and those of the flexible model, by that of the run.
     """
-    if len(runs) == 1:
-        yield runs[0].of(channel, blocks[0], owners, source)
-    else:
+    if len(runs) > 1:
         yield from _made_together(runs, channel, blocks, owners, source)
+    else:
+        sizes = [sum(runs[0].revolutions[r].size for r in block) for block in blocks[0]]
+        chunks = ([[blocks[0][k] for k in group]] for group in groups_within(sizes, _CHUNK))
+        made = (_made_together(runs, channel, chunk, owners, source) for chunk in chunks)
+        yield (block for (of_chunk,) in made for block in of_chunk)
 
 
 def _made_together(

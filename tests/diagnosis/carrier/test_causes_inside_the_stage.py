@@ -32,7 +32,7 @@ def stage(flexible_reduction, pin_reduction):
 
 
 def answer_to(truth, stage):
-    problem, _ = problem_of(predicted_by(measured(truth), stage), default_curves())
+    problem = problem_of(predicted_by(measured(truth), stage), default_curves())
     return diagnose(problem, campaign="twin", kind="carrier")
 
 

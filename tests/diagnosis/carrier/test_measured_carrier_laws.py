@@ -22,7 +22,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kinds import law_findings, problem_of, saved_law
+from carrierflex.diagnosis.kinds import problem_of, saved_law
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.law_files import read_law, write_law
@@ -226,15 +226,15 @@ def test_a_law_of_another_rig_or_that_stands_twice_is_refused():
 
 def test_records_that_leave_the_loads_of_a_law_are_told():
     low = tilt_law(visited={"torque": (9e4, 2e5), "ntl_y": (0.0, 0.0), "ntl_z": (0.0, 0.0)})
-    problem, _ = problem_of(short_campaign(), CURVES, (low,))
+    problem = problem_of(short_campaign(), CURVES, (low,))
     # It follows no radial load; two runs of three have a torque within its table.
-    (warning,) = law_findings(problem, (low,))
+    (warning,) = problem.beyond_visited(low)
     assert (warning.check, warning.about, warning.line) == ("visited_range", "bent", "run run1")
     assert warning.figure == pytest.approx(1.0 / 3.0)
     assert "its table from 90 kN m to 200 kN m" in warning.text
-    assert law_findings(problem, (tilt_law(),)) == ()
+    assert problem.beyond_visited(tilt_law()) == ()
     vector = replace(low.terms[0], follows="radial_load", along="y")
-    (warning,) = law_findings(problem, (replace(low, terms=(vector,)),))
+    (warning,) = problem.beyond_visited(replace(low, terms=(vector,)))
     assert "N along" in warning.text
 
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.answer import _classes_of_law, class_decision
+from carrierflex.diagnosis.classes.answer import _classes_of_law
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import Drive, decide
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shares import PairedShares, Shares
@@ -68,7 +69,7 @@ def test_a_class_that_the_drive_does_not_separate_silences_the_one_that_it_expla
 def test_gains_are_judged_by_the_ratio_of_each_block_where_blocks_are_findings_of_their_own():
     scores = ClassScores(toy_table(A, COLUMNS), ClassConstants())
     for shows_two, kind in ((True, PairedShares), (False, Shares)):
-        shares, _ = class_decision(scores, tuple("abc"), shows_two_causes=shows_two)
+        shares, _ = decide(scores, Drive(tuple("abc"), is_one_line=not shows_two))
         assert type(shares) is kind
 
 

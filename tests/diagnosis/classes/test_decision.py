@@ -7,14 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import is_short
+from carrierflex.diagnosis.classes.decision import Drive, decide, is_short
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
     ClassScores,
-    _class_model,
     _free_coefficients,
     coefficients,
     products_of,
@@ -47,7 +45,7 @@ def answer_of(table, candidates, **options):
 
 def decided(signal, options):
     table = toy_table(signal, COLUMNS, noise=0.01)
-    return class_decision(ClassScores(table, LIMITS), tuple(table.classes), **options)[1]
+    return decide(ClassScores(table, LIMITS), Drive(tuple(table.classes), **options))[1]
 
 
 def test_noise_alone_is_nothing():
@@ -111,7 +109,7 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     signal = A + 0.06 * B
     assert answered(signal, noise=0.01).ids == ("a", "b")
     # One frequency cannot tell it from what the first class has in second order.
-    few = {"shows_small_causes": False}
+    few = {"is_one_frequency": True}
     result = answered(signal, noise=0.01, options=few)
     assert (result.state, result.ids) == (NO_CLASS, ())
     # The one that would have been named is listed among the others.
@@ -119,7 +117,7 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     assert result.note.startswith("one frequency drives all runs: in these records a second cause")
     assert decided(signal, few).is_inseparable
     assert not decided(signal, {}).is_inseparable
-    both = answered(signal, noise=0.01, options=few | {"drive_note": "short"}).note
+    both = answered(signal, noise=0.01, options=few | {"note": "short"}).note
     assert both == f"short; {result.note}"
     # What is left of one class alone is noise: nothing hides in it.
     result = answered(A, noise=0.01, options=few)
@@ -162,7 +160,7 @@ def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what
     alone = ("a",) if other_size == 0.0 else ("a", "d")
     assert ids_of(A + 0.1 * MORE, {}) == alone
     assert ids_of(A + 0.1 * MORE) == product
-    assert ids_of(A + 0.1 * MORE, shows_small_causes=False) == ()
+    assert ids_of(A + 0.1 * MORE, is_one_frequency=True) == ()
     # The other part, which both arguments make, stays what it is.
     assert ids_of(A + 0.1 * MORE, COUPLED_DAMPING | {"uncoupled_part": "b"}) == alone
     # A sum of both parts, which beside another class would be a third cause.
@@ -196,17 +194,17 @@ def test_a_coupled_cause_is_the_surface():
 
 
 def test_under_one_frequency_a_surface_holds_every_steady_cause():
-    result = decided(A + MORE, {"shows_small_causes": False})
+    result = decided(A + MORE, {"is_one_frequency": True})
     assert (result.classes, result.state, result.is_inseparable) == (("surface",), NO_CLASS, True)
     assert "every cause that repeats" in result.note
-    assert decided(A, {"shows_small_causes": False}).note == ""
+    assert decided(A, {"is_one_frequency": True}).note == ""
 
 
 def test_an_answer_falls_short_where_all_classes_explain_more_by_what_a_cause_would():
     def falls_short(third, **changed):
         table = toy_table(A + 0.5 * B + third * columns["c"].sum(axis=0), columns, noise=0.01)
         scores = ClassScores(replace(table, surface="", **changed), LIMITS)
-        shares, decision = class_decision(scores, ("a", "b", "c"))
+        shares, decision = decide(scores, Drive(("a", "b", "c")))
         assert decision.classes == ("a", "b")
         return is_short(scores, shares, decision)
 
@@ -226,7 +224,7 @@ def test_words_follow_the_share():
     assert result.state == NO_CLASS
     assert result.classes == ()
     # No class explains it: other records would not show one.
-    assert not decided(A + 2.0 * other, {"shows_two_causes": False}).is_inseparable
+    assert not decided(A + 2.0 * other, {"is_one_line": True}).is_inseparable
 
 
 def test_a_law_is_named_where_the_blocks_cannot_tell_it_from_its_class():
@@ -245,10 +243,11 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
         table,
         groups=table.groups | {"a": ColumnGroup(columns_of_a, np.eye(columns_of_a.size), True)},
     )
-    model = _class_model(signed, ("a",), (0.0,), jitter=0.0)
+    limits = replace(LIMITS, jitter=0.0)
+    model = ClassScores(signed, limits).model_of(("a",), (0.0,))
     c = coefficients(products_of(signed.total, model), model)
     assert_allclose(c[1:], 0.0, atol=1e-12)
-    free = _class_model(table, ("a",), (0.0,), jitter=0.0)
+    free = ClassScores(table, limits).model_of(("a",), (0.0,))
     c = coefficients(products_of(table.total, free), free)
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.
@@ -317,7 +316,7 @@ def test_columns_that_are_all_at_least_zero_need_no_free_one_beside_them():
 
 
 def test_where_the_drive_does_not_tell_two_causes_apart_only_single_classes_are_named():
-    shows_one = {"shows_two_causes": False}
+    shows_one = {"is_one_line": True}
     assert answered(A, options=shows_one).ids == ("a",)
     for two in (A + 0.5 * B, A + MORE):
         assert answered(two).state == NAMED_CLASS

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.answer import law_sets
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import SIZE, toy_columns, toy_table
 

@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.decision import (
-    _best_of_shapes,
-    decide_by_shape,
-    is_no_clear_gain,
-    rivals_of,
-    simplest,
-    ties_of,
-)
+from carrierflex.diagnosis.classes.decision import ClassesByShape, is_no_clear_gain
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import known_scores
@@ -19,10 +12,14 @@ from tests.diagnosis.classes.toy_table import known_scores
 HALVES = {"tilt": 64.0, "wear": 32.0, "play": 16.0, "heat": 8.0, "oil": 4.0}
 
 
-def decided(causes, classes, *, sizes=None, fitted=np.inf, **options):
+def rule_of(causes, classes, *, sizes=None, fitted=np.inf, **options):
     scores, shares = known_scores(causes, classes, fitted=fitted)
     sizes = {name: (sizes or {}).get(name, 1) for name in classes}
-    return decide_by_shape(scores, shares, sizes, **options)
+    return ClassesByShape(scores, shares, sizes, **options)
+
+
+def decided(*args, **options):
+    return rule_of(*args, **options).decision()
 
 
 def shown(causes, shapes=None):
@@ -156,19 +153,18 @@ def test_every_member_is_replaced_beside_the_others():
         "wear/one": {"wear": 0.0},
     }
     sizes = {"tilt/load": 2, "wear/load": 3}
-    scores, shares = known_scores(causes, classes)
-    sizes = {name: sizes.get(name, 1) for name in classes}
-    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, Shares.are_equal)
+    rule = rule_of(causes, classes, sizes=sizes)
+    named = rule.simplest(("tilt/load", "wear/load"))
     # Tilt goes first: without its load that of wear must stay.
     assert named == ("tilt/one", "wear/load")
-    assert decide_by_shape(scores, shares, sizes).classes == named
+    assert rule.decision().classes == named
 
 
 def test_a_mixture_goes_where_the_causes_themselves_are_in():
     # What looks most like all three is not one of them.
     causes = {"tilt": 60.0, "wear": 40.0, "play": 40.0}
     classes = {"mixture/one": {"tilt": 0.5, "wear": 0.25, "play": 0.15}, **shown(causes)}
-    assert _best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "mixture/one"
+    assert rule_of(causes, classes).best_of_shapes()[0] == "mixture/one"
     assert decided(causes, classes).classes == ("play/one", "tilt/one", "wear/one")
 
 
@@ -195,12 +191,12 @@ def test_the_best_class_of_every_shape_the_best_shape_first():
         "map/of/tilt/two": {"tilt": 0.5},
         "map/of/play/one": {},
     }
-    scores, shares = known_scores(causes, classes)
+    rule = rule_of(causes, classes)
     ordered = ["map/of/tilt/one", "wear/two", "map/of/play/one"]
-    assert _best_of_shapes(scores, classes) == ordered
-    decision = decide_by_shape(scores, shares, dict.fromkeys(classes, 1))
+    assert rule.best_of_shapes() == ordered
+    decision = rule.decision()
     assert decision.classes == ("map/of/tilt/one", "wear/two")
-    assert rivals_of(scores, decision, classes) == ["map/of/play/one"]
+    assert rule.rivals(decision) == ["map/of/play/one"]
 
 
 def test_another_shape_that_leaves_as_much_with_no_more_columns_is_a_tie():
@@ -238,8 +234,7 @@ def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie()
 def test_of_several_classes_one_is_exchanged_in_a_tie():
     causes = {"tilt": 64.0, "wear": 32.0}
     classes = {**shown(causes), "play/one": {"wear": 0.0}, "heat/one": {"tilt": 0.0}}
-    scores, shares = known_scores(causes, classes)
-    ties = ties_of(scores, shares, ("tilt/one", "wear/one"), dict.fromkeys(classes, 1))
+    ties = rule_of(causes, classes).ties(("tilt/one", "wear/one"))
     assert set(ties) == {("heat/one", "wear/one"), ("play/one", "tilt/one")}
 
 
@@ -267,7 +262,7 @@ def test_a_way_that_imitates_a_cause_gives_way_once_that_cause_has_a_class():
         "tilt/both": {"tilt": 0.2, "wear": 0.2},
         "wear/one": {"wear": 0.0},
     }
-    assert _best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "tilt/both"
+    assert rule_of(causes, classes).best_of_shapes()[0] == "tilt/both"
     assert decided(causes, classes, chooses_anew=True).classes == ("tilt/own", "wear/one")
     assert decided(causes, classes).classes != ("tilt/own", "wear/one")
 
@@ -280,5 +275,5 @@ def test_a_further_shape_comes_in_the_way_that_is_best_beside_the_others():
         "wear/own": {"wear": 0.0},
         "wear/both": {"tilt": 0.1, "wear": 0.8},
     }
-    assert "wear/both" in _best_of_shapes(known_scores(causes, classes)[0], classes)
+    assert "wear/both" in rule_of(causes, classes).best_of_shapes()
     assert decided(causes, classes, chooses_anew=True).classes == ("tilt/one", "wear/own")

@@ -4,8 +4,9 @@ from itertools import combinations
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.answer import class_answer, class_decision
+from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import Drive, decide
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shares import Shares
@@ -101,9 +102,10 @@ def known_scores(causes, classes, *, fitted=np.inf, limits=None):
     return scores, Shares(scores.of(()).squares, table.floor, scores.constants)
 
 
-def answer_of_scores(scores, candidates, *, shows_laws=True, **options):
-    """Answer among some classes, without measured shapes."""
-    shares, decision = class_decision(scores, candidates, **options)
+def answer_of_scores(scores, candidates, *, shows_laws=True, floor_is_known=True, **options):
+    """Answer among some classes under a drive, without measured shapes."""
+    drive = Drive(tuple(candidates), **options)
+    shares, decision = decide(scores, drive, floor_is_known=floor_is_known)
     return class_answer(
         scores,
         shares,

@@ -8,13 +8,8 @@ import pytest
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS
 from carrierflex.diagnosis.element import answer as answers
-from carrierflex.diagnosis.element.answer import (
-    _drive_of,
-    _has_one_level,
-    answer_of_table,
-    is_one_curve,
-)
-from carrierflex.diagnosis.element.table import CLASS_GROUPS
+from carrierflex.diagnosis.element.answer import _drive_of, answer_of_table
+from carrierflex.diagnosis.element.table import CLASS_GROUPS, has_one_level, is_one_curve
 from tests.diagnosis.element.toy_element import (
     LAG,
     decay,
@@ -81,14 +76,15 @@ def loops(monkeypatch):
         ), None
 
     monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, element, loop: element)
+    monkeypatch.setattr(answers, "_with_loop", lambda element, loop: element)
+    monkeypatch.setattr(answers, "measured_shape", lambda *_: (None, None))
     return known
 
 
 def answered(records, causes, classes, *, model=MOVED, noise_note="", **known):
     """Answer of an element whose classes have no shape."""
-    element = toy_element(records, causes, classes, **known)
-    return answer_of_table(element, model, noise_note, lambda table: lambda *_: (None, None))
+    element = toy_element(records, causes, classes, model=model, **known)
+    return answer_of_table(element, noise_note)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +126,7 @@ def answered(records, causes, classes, *, model=MOVED, noise_note="", **known):
 def test_a_drive_shows_the_classes_that_it_does_not_mix_with_what_it_does_itself(
     records, model, mixed, absent, note, experiment
 ):
-    drive = _drive_of(toy_element(records, {}, {}), model)
+    drive = _drive_of(toy_element(records, {}, {}, model=model))
     assert set(drive.inseparable) == mixed
     assert set(drive.candidates) == set(CLASS_GROUPS) - mixed - absent
     assert (drive.note, drive.experiment) == (note, experiment)
@@ -138,7 +134,7 @@ def test_a_drive_shows_the_classes_that_it_does_not_mix_with_what_it_does_itself
 
 def test_under_a_force_one_frequency_is_one_line_of_the_motion():
     def lines(records, model):
-        drive = _drive_of(toy_element(records, {}, {}), model)
+        drive = _drive_of(toy_element(records, {}, {}, model=model))
         return drive.is_one_frequency, drive.is_one_line
 
     assert lines(ONE_FREQUENCY, FORCED) == (True, True)
@@ -157,9 +153,9 @@ def test_one_frequency_at_one_level_is_one_curve_of_deflection_and_speed():
     assert not is_curve(ONE_FREQUENCY)
     assert not is_curve([multisine(seed=1), multisine(seed=2)])
     # Levels that are meant to differ do so by a quarter and more.
-    assert _has_one_level(toy_element(ONE_LEVEL, {}, {}))
-    assert not _has_one_level(toy_element([line(1.0), line(1.25)], {}, {}))
-    assert not _has_one_level(toy_element([line(1.25), line(1.0)], {}, {}))
+    assert has_one_level(toy_element(ONE_LEVEL, {}, {}))
+    assert not has_one_level(toy_element([line(1.0), line(1.25)], {}, {}))
+    assert not has_one_level(toy_element([line(1.25), line(1.0)], {}, {}))
 
 
 def test_two_causes_are_named_where_many_frequencies_drive():
@@ -262,9 +258,9 @@ def with_exact_delay(monkeypatch, exact):
     """Lags of the runs of each table that was made anew, its classes the exact ones."""
     made = []
 
-    def table_of(model, runs, constants):
+    def table_of(runs, constants):
         made.append([record.lag for record in runs.records])
-        return toy_element(runs.records, *exact)
+        return toy_element(runs.records, *exact, model=runs.model)
 
     monkeypatch.setattr(answers, "table_of", table_of)
     return made
@@ -320,23 +316,23 @@ def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_sha
 ):
     loops[""] = (1.0, 99.0)
     drawn = []
-    looped = toy_element(WIDE_BAND, {"spring": 100.0}, LOOP)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, given, loop: looped)
+    looped = toy_element(WIDE_BAND, {"spring": 100.0}, LOOP, model=FORCED)
+    monkeypatch.setattr(answers, "_with_loop", lambda given, loop: looped)
 
-    def shape_of(table):
+    def measured_shape(table, *_):
         drawn.append(table)
-        return lambda *_: (None, None)
+        return None, None
 
-    element = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.1}})
-    result = answer_of_table(element, FORCED, "", shape_of)
+    monkeypatch.setattr(answers, "measured_shape", measured_shape)
+    remaining = {"spring": 0.1}
+    causes, classes = {"spring": 100.0}, {"restoring_force": remaining}
+    element = toy_element(WIDE_BAND, causes, classes, model=FORCED)
+    result = answer_of_table(element, "")
     assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
     assert drawn == [looped]
     # One beside which nothing is missing is not.
-    remaining = {"spring": 0.1}
-    complete = toy_element(
-        WIDE_BAND, {"spring": 100.0}, {"restoring_force": remaining}, union=remaining
-    )
-    result = answer_of_table(complete, FORCED, "", shape_of)
+    complete = toy_element(WIDE_BAND, causes, classes, model=FORCED, union=remaining)
+    result = answer_of_table(complete, "")
     assert (result.ids, drawn) == (("restoring_force",), [looped, complete])
 
 

@@ -73,7 +73,7 @@ def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_lea
     problem = element_problem(displacement_campaign(lambda q, v: 3.0 * np.sign(v), n=2000))
     table = problem.class_table
     monkeypatch.setattr(element_table, "_LONG", 0)
-    single = table_of(problem.model, table, table.scores.constants)
+    single = table_of(table, table.scores.constants)
     for name in ("dissipation", "hysteresis", "restoring_force"):
         remaining = [one.scores.of((name,)).total for one in (table, single)]
         assert remaining[1] == pytest.approx(remaining[0], rel=1e-5)
@@ -376,7 +376,7 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
     problem = element_problem(sweep_campaign(lambda q, v: 40.0 * v * np.abs(v)))
     records = force_records(problem.model, problem.records)
     for record in records:
-        assert record.band_hz < 50.0
+        assert record.weight.band_hz < 50.0
         # What counts goes through the resonance, and ends before the band does.
         rate = np.log(30.0) / record.record.step / record.x.size
         time = np.flatnonzero(record.counts) * record.step
@@ -384,7 +384,7 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
             2.0 * np.exp(rate * time) if record.record.name == "R0" else 60.0 * np.exp(-rate * time)
         )
         assert at.min() < 8.0
-        assert 12.0 < at.max() < 1.2 * record.band_hz
+        assert 12.0 < at.max() < 1.2 * record.weight.band_hz
     result = problem.class_answer()
     assert result.ids == ("dissipation",)
     assert result.share > 0.98

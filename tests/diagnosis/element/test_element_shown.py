@@ -8,6 +8,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOT_VISIBLE
+from carrierflex.diagnosis.element import answer as answers
 from carrierflex.diagnosis.element.answer import answer_of_table
 from tests.diagnosis.classes.toy_table import N_KNOWN
 from tests.diagnosis.element.toy_element import ToyScores, decay, multisine, toy_element
@@ -27,13 +28,23 @@ def state(force, *, cause="restoring_force", runs=DRIVEN, gap=None, states=()):
     ]
     remaining = {"cause": 0.1}
     element = toy_element(
-        records, {"cause": BASELINE_FLOORS - 1.0}, {cause: remaining}, union=remaining, force=force
+        records,
+        {"cause": BASELINE_FLOORS - 1.0},
+        {cause: remaining},
+        model=SimpleNamespace(by_force=True, states=states, cards={}),
+        union=remaining,
+        force=force,
     )
-    model = SimpleNamespace(by_force=True, states=states, cards={})
-    answer = answer_of_table(element, model, "", lambda table: lambda *_: (None, None))
+    answer = answer_of_table(element, "")
     assert bool(answer.classes) == (answer.state == NAMED_CLASS)
     assert ("more than no force at all" in answer.note) == (answer.state == NOT_VISIBLE)
     return answer.state
+
+
+@pytest.fixture(autouse=True)
+def without_shapes(monkeypatch):
+    """Classes have no measured shape."""
+    monkeypatch.setattr(answers, "measured_shape", lambda *_: (None, None))
 
 
 @pytest.fixture

@@ -103,7 +103,7 @@ def test_where_no_round_gives_an_element_resonances_are_tried(monkeypatch):
 def test_the_baseline_follows_sines_above_its_resonance():
     """A blind check's case with nothing missing whose every start ran away."""
     plan = CasePlan("element", 165, 303, NOTHING, (), 0.0, "sines")
-    problem, _ = problem_of(case_campaign(plan)[0], None)
+    problem = problem_of(case_campaign(plan)[0], None)
     mean_square = mean_square_left(problem, fit_effects(problem, ()))
     assert mean_square < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()
 

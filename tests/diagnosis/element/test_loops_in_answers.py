@@ -46,7 +46,7 @@ def decided(
         return leaving(loops[partner][is_curve]), f"loop beside {partner}"
 
     monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
-    monkeypatch.setattr(answers, "_with_loop", lambda model, given, loop: loop)
+    monkeypatch.setattr(answers, "_with_loop", lambda given, loop: loop)
     element = SimpleNamespace(
         table=SimpleNamespace(surface=SURFACE, is_in_surface=lambda name: name != "memory"),
         scores=SimpleNamespace(
@@ -58,17 +58,16 @@ def decided(
         inseparable=("time_variation",),
         is_one_line=is_one_line,
         is_one_frequency=is_one_frequency,
+        note="time is not told",
     )
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), leaving(answer), PAIR, "short", True)
     table, result = answers._as_smooth_loop(
         element,
-        None,
         shares,
         decision,
         drive=drive,
         falls_short=short,
-        drive_note="time is not told",
     )
     if result is decision:
         assert table is element

@@ -61,7 +61,7 @@ def test_a_line_that_changes_with_the_level_shows_the_class(law, state, classes)
     # Noise leaves no harmonic of the lowest level, and its line is compared all the same.
     lowest = problem.class_table.records[0]
     line_hz = LINE / (PERIOD * STEP)
-    assert 1.2 * line_hz < lowest.band_hz < 2.0 * line_hz
+    assert 1.2 * line_hz < lowest.weight.band_hz < 2.0 * line_hz
 
 
 @pytest.mark.long

@@ -32,8 +32,10 @@ def with_predictions(measured, predicted, effects=()):
 
 
 def diagnosis_of(campaign):
-    problem, measured = problem_of(campaign)
-    return diagnose(problem, campaign="twin", kind="element", floor_is_measured=measured)
+    problem = problem_of(campaign)
+    return diagnose(
+        problem, campaign="twin", kind="element", floor_is_measured=problem.noise_is_measured
+    )
 
 
 @pytest.mark.long
@@ -60,7 +62,7 @@ def test_a_prediction_in_millimetres_whose_fit_runs_away_is_refused_with_its_siz
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = displacement_campaign(cubic), displacement_campaign(no_law, noise=1e-12)
-    problem, _ = problem_of(with_predictions(measured, predicted))
+    problem = problem_of(with_predictions(measured, predicted))
     theta = np.array([parameter.lower for parameter in problem.parameters(())])
     squares = problem.squares((), theta, np.ones(len(problem.segments), dtype=bool))
     inside = [record.block >= 0 for record in problem.records]

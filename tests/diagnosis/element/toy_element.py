@@ -93,6 +93,7 @@ class ToyScores(ClassScores):
 class ToyElement:
     """What an answer reads of the table of an element."""
 
+    model: SimpleNamespace
     records: tuple[ToyRun, ...]
     scores: ToyScores
 
@@ -105,7 +106,7 @@ class ToyElement:
         return self
 
 
-def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
+def toy_element(records, causes, classes, *, model=None, union=None, laws=None, force=1e6):
     """Element of some runs whose gap is made of causes.
 
     Parameters
@@ -116,6 +117,8 @@ def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
         Size of each cause in floors.
     classes : dict
         What a class leaves of the causes that it shows; one that is not told shows none.
+    model : SimpleNamespace, optional
+        What an answer reads of the baseline.
     union : dict, optional
         What all classes together leave of each cause; nothing unless told.
     laws : dict
@@ -144,4 +147,4 @@ def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
         tuple(sorted(names, key=lambda name: name.startswith("columns"))): squares
         for names, squares in plain.known.items()
     }
-    return ToyElement(tuple(records), ToyScores(table, plain.constants, known))
+    return ToyElement(model, tuple(records), ToyScores(table, plain.constants, known))

@@ -11,7 +11,7 @@ from carrierflex.blind_check.labels import FORM
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kinds import law_findings, problem_of, saved_law
+from carrierflex.diagnosis.kinds import problem_of, saved_law
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.simulation.law_files import read_law, write_law
@@ -162,9 +162,9 @@ def test_a_law_with_a_memory_is_for_mountings_and_tells_where_it_was_measured():
     with pytest.raises(ValueError, match="law 'own' is of bushings"):
         problem_of(campaign, {}, (lasting(),))
     problem = mounting_problem(mounting_campaign(seconds=40.0), (lasting(visited=1e-4),))
-    (warning,) = law_findings(problem, (lasting(visited=1e-4),))
+    (warning,) = problem.beyond_visited(lasting(visited=1e-4))
     assert "is extrapolated with stops that slip as at its end" in warning.remedy
-    assert law_findings(problem, (lasting(visited=1.0),)) == ()
+    assert problem.beyond_visited(lasting(visited=1.0)) == ()
 
 
 def test_a_law_of_bushings_is_for_mountings():
@@ -175,13 +175,13 @@ def test_a_law_of_bushings_is_for_mountings():
 
 def test_records_that_leave_the_range_of_a_law_are_told():
     problem = mounting_problem(mounting_campaign(seconds=40.0), (straight(),))
-    (warning,) = law_findings(problem, (straight(),))
+    (warning,) = problem.beyond_visited(straight())
     assert (warning.check, warning.about) == ("visited_range", "straight")
     assert 0.0 < warning.figure < 1.0
     assert "is extrapolated with the slope of its end" in warning.remedy
     x = np.linspace(-1.0, 1.0, 3)
     wide = straight(terms=(Table(BOTH, x, x, APART),))
-    assert law_findings(problem, (wide,)) == ()
+    assert problem.beyond_visited(wide) == ()
 
 
 def friction_answer(steps):

@@ -26,8 +26,10 @@ def with_predictions(measured, predicted, effects=()):
 
 
 def diagnosis_of(campaign):
-    problem, measured = problem_of(campaign)
-    return diagnose(problem, campaign="twin", kind="mounting", floor_is_measured=measured)
+    problem = problem_of(campaign)
+    return diagnose(
+        problem, campaign="twin", kind="mounting", floor_is_measured=problem.noise_is_measured
+    )
 
 
 @pytest.mark.acceptance
@@ -65,13 +67,13 @@ def test_a_prediction_without_damping_has_bushings_all_the_same():
     early = {run.name: {k: np.roll(v, -1) for k, v in run.signals.items()} for run in measured.runs}
     runs = tuple(replace(run, predictions=early[run.name]) for run in measured.runs)
     campaign = replace(measured, baseline=Baseline("columns", ()), runs=runs)
-    problem, _ = problem_of(campaign)
+    problem = problem_of(campaign)
     assert np.isfinite(mean_square_of(problem))
 
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = mounting_campaign(CUBIC), mounting_campaign(noise=0.0)
-    problem, _ = problem_of(with_predictions(measured, predicted))
+    problem = problem_of(with_predictions(measured, predicted))
     theta = np.array([parameter.lower for parameter in problem.parameters(())])
     expected = sum(
         float(np.square(run.signals[name] - other.signals[name]).sum())

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.decision import Decision
+from carrierflex.diagnosis.classes.decision import ClassesByShape, Decision, is_no_clear_gain
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.answer import (
     _separating_load,
@@ -41,11 +41,18 @@ SIZES = {
 ALL, AS_MUCH = {"cause": 0.0}, {"cause": 1e-4}
 
 
+def rule_of(causes, classes, sizes=SIZES):
+    """Rule on classes of which the remainders are known."""
+    scores, shares = known_scores(causes, classes)
+    of_classes = {name: sizes[name] for name in classes}
+    return ClassesByShape(scores, shares, of_classes, is_no_clear_gain)
+
+
 def decided(answer, classes, causes=None, sizes=SIZES):
     """Decision for an answer beside other classes."""
-    scores, shares = known_scores(causes or {"cause": 100.0}, classes)
-    decision = Decision(NAMED_CLASS, answer, (), scores.of(answer), answer)
-    return _with_fewest_columns(scores, shares, decision, {name: sizes[name] for name in classes})
+    rule = rule_of(causes or {"cause": 100.0}, classes, sizes)
+    decision = Decision(NAMED_CLASS, answer, (), rule.scores.of(answer), answer)
+    return _with_fewest_columns(rule, decision)
 
 
 def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one():
@@ -66,9 +73,9 @@ def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one()
 
 
 def test_where_nothing_is_missing_nothing_is_replaced():
-    scores, shares = known_scores({}, {AXIAL: {}, STIFFNESS: {}})
-    nothing = Decision(NOTHING, (), (), scores.of(()), (AXIAL, STIFFNESS))
-    assert _with_fewest_columns(scores, shares, nothing, SIZES) is nothing
+    rule = rule_of({}, {AXIAL: {}, STIFFNESS: {}})
+    nothing = Decision(NOTHING, (), (), rule.scores.of(()), (AXIAL, STIFFNESS))
+    assert _with_fewest_columns(rule, nothing) is nothing
 
 
 def test_as_many_columns_take_no_place():
@@ -126,10 +133,10 @@ def evened(answer, causes, of_springs, further=None):
     """Classes of an answer where one bushing may be stiffer."""
     classes = {SPRING: {"force": 0.0}, UNEVEN: {"excess": 0.0}, SPRINGS: of_springs}
     classes |= further or {}
-    scores, shares = known_scores(causes, classes)
-    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    result = _with_unequal_stiffness(scores, shares, decision)
-    assert result.squares is scores.of(result.classes)
+    rule = rule_of(causes, classes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), rule.scores.of(answer), answer)
+    result = _with_unequal_stiffness(rule, decision)
+    assert result.squares is rule.scores.of(result.classes)
     assert result is decision or result.ties == ()
     return result.classes
 
@@ -159,16 +166,16 @@ def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_
     named = (AXIAL, SPRINGS)
     causes = {"force": 100.0, "excess": 60.0, "axial": 50.0}
     assert evened(named, causes, both, {AXIAL: {"axial": 0.0}}) == named
-    scores, shares = known_scores({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
-    nothing = Decision(NOTHING, (), (), scores.of(()), (SPRING, UNEVEN))
-    assert _with_unequal_stiffness(scores, shares, nothing) is nothing
+    rule = rule_of({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
+    nothing = Decision(NOTHING, (), (), rule.scores.of(()), (SPRING, UNEVEN))
+    assert _with_unequal_stiffness(rule, nothing) is nothing
 
 
 def parted(answer, causes, classes, sizes=SIZES):
     """Classes of an answer where pairs of sparse maps may stand for a full one."""
-    scores, shares = known_scores(causes, classes)
-    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    result = _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes))
+    rule = rule_of(causes, classes, sizes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), rule.scores.of(answer), answer)
+    result = _with_sparse_maps(rule, decision)
     assert result is decision or result.ties == ()
     return result.classes
 
@@ -200,9 +207,9 @@ def test_a_full_map_stays_where_two_of_its_own_ways_explain_it_best_or_one_map_d
         GAINS: all_of_it,
     }
     sizes = {**SIZES, "sensors/gain/s2": 1}
-    scores, shares = known_scores(causes, classes)
-    decision = Decision(NAMED_CLASS, (GAINS,), (), scores.of((GAINS,)), (GAINS,))
-    assert _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes)) is decision
+    rule = rule_of(causes, classes, sizes)
+    decision = Decision(NAMED_CLASS, (GAINS,), (), rule.scores.of((GAINS,)), (GAINS,))
+    assert _with_sparse_maps(rule, decision) is decision
     alone = {AXIAL: {"axial": 0.0}, DIRECTION: {}, LOADS: {"axial": 0.0}}
     assert parted((LOADS,), {"axial": 100.0}, alone) == (LOADS,)
 
@@ -252,10 +259,6 @@ def test_a_full_map_is_parted_only_into_fewer_columns_than_it_has():
     # Beside one column, of twelve.
     for columns, expected in ((10, (AXIAL, some)), (11, (GAINS,)), (12, (GAINS,))):
         assert parted((GAINS,), causes, classes, {**SIZES, some: columns}) == expected
-
-
-def sizes_of(classes, sizes):
-    return {name: sizes[name] for name in classes}
 
 
 def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):

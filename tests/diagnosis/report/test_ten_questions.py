@@ -45,13 +45,13 @@ def carriers():
 def mountings():
     for law in ({"K3": 4e12}, {"K3": 8e12}, {"K5": 2e18}):
         campaign = mounting_campaign(law, conditions=CONDITIONS[:2])
-        yield problem_of(campaign)[0], campaign
+        yield problem_of(campaign), campaign
 
 
 def elements():
     for law in LAWS:
         campaign = displacement_campaign(law, n=1500)
-        yield problem_of(campaign)[0], campaign
+        yield problem_of(campaign), campaign
 
 
 KINDS = {"carrier": carriers, "element": elements, "mounting": mountings}

@@ -58,10 +58,10 @@ def diagnosed(kind):
         )
     elif kind == "mounting":
         campaign = mounting_campaign({"K3": 4e12}, conditions=CONDITIONS[:2])
-        problem, _ = problem_of(campaign)
+        problem = problem_of(campaign)
     else:
         campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
-        problem, _ = problem_of(campaign)
+        problem = problem_of(campaign)
     return diagnose(problem, campaign=f"twin {kind}", kind=kind), campaign
 
 

@@ -48,7 +48,7 @@ def explained(kind):
 
 def checked(campaign):
     curves = curve_set() if campaign.kind == "carrier" else None
-    problem, _ = problem_of(campaign, curves)
+    problem = problem_of(campaign, curves)
     return checked_baseline(problem, campaign, problem.wiring(campaign))
 
 
@@ -153,7 +153,7 @@ def test_a_delay_of_a_mounting_below_the_gap_is_told():
 
 def test_records_that_would_fill_the_memory_are_said_to_be_unchecked(monkeypatch):
     campaign = explained("carrier")
-    problem, _ = problem_of(campaign, curve_set())
+    problem = problem_of(campaign, curve_set())
     assert problem.wiring(campaign).unchecked == ""
     assert len(problem.wiring(campaign).predictions(None)) == len(campaign.runs)
     monkeypatch.setattr(carrier_wiring, "_MOST_RECORDS", 1000)
@@ -173,7 +173,7 @@ def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
 
 def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
-    problem, _ = problem_of(campaign, curve_set())
+    problem = problem_of(campaign, curve_set())
     (full, _) = problem.wiring(campaign).linear(None)
     monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", full.columns.nbytes - 1)
     (half, _) = problem.wiring(campaign).linear(None)
@@ -214,7 +214,7 @@ def test_declared_noise_above_the_whole_gap_is_told():
 @pytest.mark.long
 def test_the_verdict_says_to_check_the_wiring_first():
     campaign = changed(explained_carrier(), "torque", negative)
-    problem, _ = problem_of(campaign, curve_set())
+    problem = problem_of(campaign, curve_set())
     result = diagnose(problem, campaign="twin", kind="carrier")
     baseline = checked_baseline(problem, campaign, problem.wiring(campaign))
     diagnosis = with_findings(result, (), baseline)

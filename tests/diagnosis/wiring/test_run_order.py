@@ -66,7 +66,7 @@ def test_exchanged_runs_beside_an_offset_of_every_run_are_told():
     first, second, *others = clean.runs
     swapped = (replace(first, signals=second.signals), replace(second, signals=first.signals))
     wrong = replace(clean, runs=(*swapped, *others))
-    problem, _ = problem_of(wrong, default_curves())
+    problem = problem_of(wrong, default_curves())
     check = checked_baseline(problem, wrong, problem.wiring(wrong))
     shares = {rival.id: share for rival, share in check.rivals}
     assert shares[Fault.RUN_ORDER] > 0.99

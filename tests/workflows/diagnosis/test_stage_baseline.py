@@ -132,7 +132,7 @@ def test_a_known_size_is_solved_there_and_its_prior_is_the_campaigns(folder, few
     case = read_stage_case(folder / "stage.toml").data.bearings.upwind_clearance
     nodes = cause.shape_nodes(None, 1.0)
     assert_allclose(nodes, sorted({case, 8e-5, 1e-4, 1.2e-4}))
-    problem, _ = problem_of(campaign, default_curves())
+    problem = problem_of(campaign, default_curves())
     (_, size) = problem.parameters(("stage/upwind_clearance",))[-2:]
     assert (size.prior_mean, size.prior_std) == (1e-4, 1e-5)
 
