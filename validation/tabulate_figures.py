@@ -12,7 +12,7 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from carrierflex.blind_check.labels import KINDS, Label
+from carrierflex.blind_check.labels import KINDS, MODEL, Label
 from carrierflex.blind_check.scoring.scoring import Figure, share_figure
 from carrierflex.blind_check.sealing.check import LABELS_FILE
 from carrierflex.blind_check.sealing.verdicts import Verdict
@@ -78,7 +78,8 @@ def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iter
         answers = [
             (with_classes(label), scored_answer(with_classes(label), verdicts[case]))
             for case, label in labels.items()
-            if label.kind == kind
+            # Carriers off their drawing have figures of their own.
+            if label.kind == kind and label.family != MODEL
         ]
         if not answers:
             continue
@@ -96,7 +97,7 @@ def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iter
         yield share_figure(
             kind,
             "all cases: a false law",
-            [answer.is_law_false for _, answer in answers],
+            [answer.is_law_false and not answer.is_class_right for _, answer in answers],
             "<= 1 %",
             lambda share, cases: share <= 0.01,
         )
