@@ -20,9 +20,28 @@ from carrierflex.workflows.diagnosis.scored_check import scored
 from validation.paired_score import read_answer, scored_answer, textbook_laws, with_classes
 from validation.run_tree import read_lines
 
-#: What ends or begins the names of figures that the page leaves out: times, single outcomes.
-_SINGLE_OUTCOMES = (": wrong", ": tie", ": abstained", ": silent", ": failed", " floors")
-_TIMES = ("seconds a case", "median |rho")
+#: What ends, begins or is in the names of figures that the page leaves out: single outcomes, times,
+#: parts of other figures.
+_ENDS = (": wrong", ": tie", ": abstained", ": silent", ": error", " floors", ": right of all")
+_STARTS = ("seconds a case", "median |rho", "several causes, ", "several causes: single")
+_PARTS = ("of every cause alone", "in one at least", "none false", "the same, or within")
+#: Words of the page for those of a figure's name.
+_WORDS = {
+    "wide_band": "wide-band",
+    "single_level": "sines at one level",
+    "levels,": "sweeps and sines at four levels,",
+    "carrier, gap": "form, gap",
+    "mounting, gap": "form, gap",
+    "gap >= 2 floors": "gap of 2 floors and more",
+    "gap >= 2": "gap of 2 floors and more",
+    "gap < 2": "gap below 2 floors",
+    "class right of those answered": "class right, of the answered",
+    "class right of all": "class right, of all",
+    "a found one": "an identified one",
+    "found": "identified",
+    "stage's own effects": "stage's effects",
+    "textbook laws' parameters": "parameters of textbook laws",
+}
 
 
 def read_cases(answers: Sequence[Path], truth: Path) -> tuple[dict[str, Label], dict[str, Verdict]]:
@@ -66,8 +85,9 @@ def figures_of_cases(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> 
         for each in scores
         for figure in each.figures
         if figure.cases
-        and not figure.name.endswith(_SINGLE_OUTCOMES)
-        and not figure.name.startswith(_TIMES)
+        and not figure.name.endswith(_ENDS)
+        and not figure.name.startswith(_STARTS)
+        and (figure.wanted or not any(part in figure.name for part in _PARTS))
     ]
     return figures + list(_law_figures(labels, verdicts))
 
@@ -123,10 +143,12 @@ def page_tables(figures: Sequence[Figure]) -> str:
 
 def _row(figure: Figure) -> str:
     low, high = (100.0 * end for end in figure.interval or (0.0, 1.0))
-    share, required = 100.0 * figure.value, figure.wanted or "-"
+    name = figure.name
+    for word, of_page in _WORDS.items():
+        name = name.replace(word, of_page)
     return (
-        f"| {figure.name} | {required} | {share:.1f} % | {low:.0f} to {high:.0f} % "
-        f"| {figure.cases} |"
+        f"| {name} | {figure.wanted or '-'} | {100.0 * figure.value:.1f} % "
+        f"| {low:.0f} to {high:.0f} % | {figure.cases} |"
     )
 
 
