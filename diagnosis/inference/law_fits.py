@@ -204,7 +204,8 @@ class LawFits:
         for parameter, hit in zip(fit.parameters, fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
                 return (
-                    f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
+                    f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound "
+                    "within the noise"
                 )
         others = {effect: tuple(e for e in effects if e != effect) for effect in effects}
         # Sets that are scored already come first: they may settle it without another fit.

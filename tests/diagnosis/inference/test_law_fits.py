@@ -101,8 +101,8 @@ def test_a_cause_alone_is_supported():
 def test_an_effect_at_its_physical_bound_is_rejected():
     problem = replace(linear_problem({"a": -4.0, "b": 5.0}), bounds={"a": (0.0, np.inf)})
     fits = law_fits(problem, LIMITS)
-    assert fits.rejection(("a",)) == "x of a is at its physical bound"
-    assert fits.rejection(("a", "b")) == "x of a is at its physical bound"
+    assert fits.rejection(("a",)) == "x of a is at its physical bound within the noise"
+    assert fits.rejection(("a", "b")) == "x of a is at its physical bound within the noise"
     assert fits.rejection(("b",)) == ""
 
 
