@@ -124,6 +124,9 @@ def diagnose(
         most=limits.most_coloured,
         floor_is_measured=floor_is_measured,
     )
+    if _are_of_other_classes(selection.accepted, judged):
+        selection, of_laws = replace(selection, accepted=()), gap_reduction(fits, ())
+        published = published_values(problem, fits.fit(()), floor_ratio=floor_ratio)
     before, after = fits.fit(()), fits.fit(selection.accepted)
     note("separating trials")
     trial = _separating_trial(fits, selection, judged)
@@ -159,6 +162,15 @@ def diagnose(
         gap=_gap_detail(problem, before, after, of_laws),
         signals=_signals(problem, before, after),
     )
+
+
+def _are_of_other_classes(laws: Effects, judged: Verdict) -> bool:
+    """Whether the answer is classes in none of which a fitted law lies: no value is of theirs."""
+    if judged.answer is None or judged.effects or not judged.answer.classes:
+        return False
+    holders = [set(judged.answer.classes_of_law.get(law, ())) for law in laws]
+    named = {name for names in (judged.answer.ids, *judged.answer.ties) for name in names}
+    return bool(laws) and not any(classes & named for classes in holders)
 
 
 def _established(
