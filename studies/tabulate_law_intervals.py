@@ -104,7 +104,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
         search = law_fits(problem, limits)
         effects = tuple(sorted(label.effects))
         hits = []
-        if search.rejection(effects) is None:
+        if not search.rejection(effects):
             far = gap_reduction(search, effects)
             fit = search.fit(effects)
             values = published_values(problem, fit, floor_ratio=limits.floor_ratio)

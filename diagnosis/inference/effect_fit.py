@@ -271,7 +271,9 @@ def _are_absent(
     """Which sizes of added effects noise does not distinguish from their bound of zero."""
     # An effect of several sizes may bend to another cause by one of them, its first one absent.
     matrix = sums.total_matrix() + np.diag(cost_of.prior.weight)
-    std = np.sqrt(cost_of.problem.noise_floor_square * np.diag(normal_inverse(matrix)))
+    # Along directions that nothing determines the inverse is rounding of either sign.
+    inverse = np.maximum(np.diag(normal_inverse(matrix)), 0.0)
+    std = np.sqrt(cost_of.problem.noise_floor_square * inverse)
     are_sizes = [
         parameter.effect in cost_of.effects
         and parameter.lower == 0.0
