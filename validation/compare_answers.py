@@ -26,6 +26,7 @@ from validation.paired_score import (
     read_labels,
     scored_answer,
     textbook_laws,
+    with_classes,
 )
 from validation.run_tree import read_lines
 
@@ -62,7 +63,7 @@ def read_pairs(first: Path, second: Path, truth: Path) -> list[Pair]:
     truth : Path
         Folder of the labels.
     """
-    labels = read_labels(truth)
+    labels = {case: with_classes(label) for case, label in read_labels(truth).items()}
     others = {row["case"]: row for row in read_lines(second)}
     pairs = []
     for row in read_lines(first):

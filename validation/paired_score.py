@@ -114,18 +114,18 @@ class ScoredAnswer:
 
 
 def read_labels(truth: Path) -> dict[str, Label]:
-    """Labels of every kind, with the classes of withheld laws.
+    """Labels of every kind, as they were sealed.
 
     Parameters
     ----------
     truth : Path
         Folder with a folder for each kind.
     """
-    labels = {}
-    for path in sorted(truth.glob(f"*/{LABELS_FILE}")):
-        for case, content in json.loads(path.read_text(encoding="utf-8")).items():
-            labels[case] = with_classes(Label.from_text(json.dumps(content)))
-    return labels
+    return {
+        case: Label.from_text(json.dumps(content))
+        for path in sorted(truth.glob(f"*/{LABELS_FILE}"))
+        for case, content in json.loads(path.read_text(encoding="utf-8")).items()
+    }
 
 
 def with_classes(label: Label) -> Label:

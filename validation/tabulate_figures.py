@@ -8,16 +8,20 @@ by law. Intervals are Wilson's.
 """
 
 import argparse
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from carrierflex.blind_check.labels import KINDS, MODEL, Label
 from carrierflex.blind_check.scoring.scoring import Figure, share_figure
-from carrierflex.blind_check.sealing.check import LABELS_FILE
 from carrierflex.blind_check.sealing.verdicts import Verdict
 from carrierflex.workflows.diagnosis.scored_check import scored
-from validation.paired_score import read_answer, scored_answer, textbook_laws, with_classes
+from validation.paired_score import (
+    read_answer,
+    read_labels,
+    scored_answer,
+    textbook_laws,
+    with_classes,
+)
 from validation.run_tree import read_lines
 
 #: Figures that the page leaves out though a share is required of them: times, carriers off their
@@ -60,11 +64,7 @@ def read_cases(answers: Sequence[Path], truth: Path) -> tuple[dict[str, Label], 
     truth : Path
         Folder with the labels of each kind.
     """
-    written = {
-        case: Label.from_text(json.dumps(content))
-        for path in sorted(truth.glob(f"*/{LABELS_FILE}"))
-        for case, content in json.loads(path.read_text(encoding="utf-8")).items()
-    }
+    written = read_labels(truth)
     verdicts = {
         row["case"]: read_answer(row, path.with_suffix(""))
         for path in answers
@@ -101,8 +101,8 @@ def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iter
     """How often the laws that are named are those withheld, or false."""
     for kind in KINDS:
         answers = [
-            (with_classes(label), scored_answer(with_classes(label), verdicts[case]))
-            for case, label in labels.items()
+            (label, scored_answer(label, verdicts[label.case]))
+            for label in map(with_classes, labels.values())
             # Carriers off their drawing have figures of their own.
             if label.kind == kind and label.family != MODEL
         ]

@@ -95,22 +95,32 @@ class EffectFit:
         return np.array([parameter.is_free for parameter in self.parameters], dtype=bool)
 
     @property
+    def matrix(self) -> FloatArray:
+        """Normal matrix ``J.T J + W`` of records and prior, shape (p, p)."""
+        return np.asarray(self.sums.total_matrix() + np.diag(self.prior.weight))
+
+    @property
+    def inverse(self) -> FloatArray:
+        """Inverse of the normal matrix of what is fitted; zero of values that are held, (p, p)."""
+        free = np.ix_(self.is_free, self.is_free)
+        matrix = self.matrix
+        inverse = np.zeros_like(matrix)
+        inverse[free] = normal_inverse(matrix[free])
+        return inverse
+
+    @property
     def covariance(self) -> FloatArray:
         """Covariance of the parameters with blocks as independent draws (sandwich), shape (p, p).
 
         Zero of values that are held; not a number where neither the records nor a prior see a
         parameter.
         """
-        is_free = self.is_free
-        free = np.ix_(is_free, is_free)
-        matrix = self.sums.total_matrix() + np.diag(self.prior.weight)
-        inverse = np.zeros_like(matrix)
-        inverse[free] = normal_inverse(matrix[free])
+        inverse = self.inverse
         scores = self.sums.full_right_side()
         scores = scores - scores.mean(axis=0)
         segments = max(len(scores), 2)
         covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
-        unseen = is_free & (np.diag(matrix) <= 0.0)
+        unseen = self.is_free & (np.diag(self.matrix) <= 0.0)
         covariance[unseen], covariance[:, unseen] = np.nan, np.nan
         return covariance
 
@@ -178,8 +188,8 @@ def fit_effects(
     is_limit &= theta <= bounds.lower + margin
     # A value that is held stands on no bound.
     at_bound = bounds.hits(theta, margin) & (bounds.lower < bounds.upper) & ~is_limit
-    at_bound |= _are_absent(cost_of, parameters, theta, sums)
     fit = EffectFit(effects, parameters, theta, cost, sums, cost_of.prior, at_bound)
+    fit = replace(fit, at_bound=at_bound | _are_absent(fit, problem.noise_floor_square))
     if best is not None and costs_more(cost, best.cost):
         raise NestedFitError(fit, best)
     return fit
@@ -265,19 +275,15 @@ def mean_square_of(problem: ComparisonProblem, effects: Effects = ()) -> float:
     return float((cost - cost_of.prior.cost(theta)) / problem.cell_counts.sum())
 
 
-def _are_absent(
-    cost_of: "SegmentCost", parameters: Sequence[Parameter], theta: FloatArray, sums: SegmentSums
-) -> BoolArray:
+def _are_absent(fit: EffectFit, noise_square: float) -> BoolArray:
     """Which sizes of added effects noise does not distinguish from their bound of zero."""
     # An effect of several sizes may bend to another cause by one of them, its first one absent.
-    matrix = sums.total_matrix() + np.diag(cost_of.prior.weight)
     # Along directions that nothing determines the inverse is rounding of either sign.
-    inverse = np.maximum(np.diag(normal_inverse(matrix)), 0.0)
-    std = np.sqrt(cost_of.problem.noise_floor_square * inverse)
+    std = np.sqrt(noise_square * np.maximum(np.diag(fit.inverse), 0.0))
     are_sizes = [
-        parameter.effect in cost_of.effects
+        parameter.effect in fit.effects
         and parameter.lower == 0.0
         and not (parameter.shape or parameter.may_reach_lower)
-        for parameter in parameters
+        for parameter in fit.parameters
     ]
-    return np.array(are_sizes, dtype=bool) & (theta < NORMAL_95 * std)
+    return np.array(are_sizes, dtype=bool) & (fit.theta < NORMAL_95 * std)

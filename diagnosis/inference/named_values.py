@@ -78,9 +78,8 @@ def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     parameter, or one on a bound that is not the end of its prior's range, does not move.
     """
     free = np.flatnonzero(fit.is_free & (~fit.at_bound | (fit.prior.weight > 0.0)))
-    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
     moves = np.zeros(scores.shape)
-    moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
+    moves[:, free] = scores[:, free] @ normal_inverse(fit.matrix[np.ix_(free, free)])
     return moves
 
 
@@ -199,8 +198,7 @@ def _leave_out(unknown: BoolArray, by_source: Mapping[str, FloatArray]) -> None:
 def _undetermined_by_any(fit: EffectFit) -> BoolArray:
     """Which parameters can be changed together so that no prediction changes, shape (p,)."""
     unknown = fit.is_free & fit.moves_records
-    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
-    unknown[unknown] = is_undetermined(matrix[np.ix_(unknown, unknown)])
+    unknown[unknown] = is_undetermined(fit.matrix[np.ix_(unknown, unknown)])
     return unknown
 
 
