@@ -18,10 +18,10 @@ from carrierflex.simulation.element.kernels import (
     RUNAWAY,
     driven_motion,
     element_values,
-    is_smooth,
+    goes_together,
+    motions_together,
     no_law,
     restoring_force,
-    smooth_motions,
 )
 from carrierflex.simulation.element.law_forces import ElementLaw, table_cells
 from carrierflex.simulation.element.memory_laws import MemoryParts, flat_parts, joined_parts
@@ -157,8 +157,8 @@ class ElementModel(ModelInTime):
     ) -> list[list[FloatArray]] | None:
         """Deflections that parameter sets predict for each of some records, shape (n,) each.
 
-        None where one of them has dry friction, sliders, memory or a law that is no even table over
-        the deflection, or where the force is predicted.
+        None where one of them has parts with a memory, dry friction that rises towards rest or a
+        law that is no even table over the deflection, or where the force is predicted.
         """
         if not self.by_force or self._values(effects, runs[0][1][0]).table is None:
             return None
@@ -188,19 +188,23 @@ class ElementModel(ModelInTime):
         n_lanes = len(motions) if len(motions) < 3 else -(-len(motions) // _TOGETHER) * _TOGETHER
         lanes = [*motions, *[motions[0]] * (n_lanes - len(motions))]
         numbers = np.array([records.index(record) for record, _ in lanes])
-        state = np.array([[*self._start(record, values), 0.0] for record, values in lanes])
+        state = np.array([[*self._start(record, values), 0.0, 0.0] for record, values in lanes])
         limits = np.array([[record.step / substeps, most[record]] for record, _ in lanes])
         tables = [values.table for _, values in lanes if values.table is not None]
         p = np.array(
             [[*lane.flat, *table[1]] for (_, lane), table in zip(lanes, tables, strict=True)]
         )
         state, limits, p = (np.ascontiguousarray(rows.T) for rows in (state, limits, p))
+        law = motions[0][1].laws[0].force
+        p_law = np.array([values.laws[0].parameters for _, values in lanes])
         deflections = np.empty((len(motions), n))
         for first in range(0, n, _AT_ONCE):
             last = min(first + _AT_ONCE, n)
             span = slice(2 * substeps * first, 2 * substeps * last + 1)
             force = np.column_stack([drive[span] for drive in drives])
-            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, tables[0][0])
+            q, _ = motions_together(
+                force, numbers, state, substeps, p, limits, tables[0][0], law, p_law
+            )
             deflections[:, first:last] = q[:, : len(motions)].T
         return deflections
 
@@ -302,12 +306,12 @@ class _Values:
 
     @cached_property
     def table(self) -> tuple[FloatArray, tuple[float, float]] | None:
-        """Cells of the only law beside the compiled ones, and its factors as in `smooth_motions`.
+        """Cells of the only law beside the compiled ones, and its factors as in `motions_together`.
 
         None where the motion takes more than such a table.
         """
         law, second = self.laws
-        if not is_smooth(self.flat, second.parameters.size):
+        if not goes_together(self.flat, second.parameters.size):
             return None
         if not law.parameters.size:
             return np.empty((3, 0)), (0.0, 0.0)

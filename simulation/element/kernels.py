@@ -66,7 +66,11 @@ def element_values(values: Mapping[str, float]) -> Array:
 
 
 _Smooth = tuple[float, float, float, float, float, float, float, float, float]
+_Hard = tuple[float, float, float, float, float]
+#: Drive at the beginning, in the middle and at the end of a step.
+_Drive = tuple[float, float, float]
 _array = types.Array(types.float64, 1, "C")
+_matrix = types.Array(types.float64, 2, "C")
 _law = types.FunctionType(LAW_SIGNATURE)
 #: Motion beyond this many times the measured one is a model that runs away.
 RUNAWAY = 1e3
@@ -123,10 +127,10 @@ def _friction_level(q: float, v: float, sign: float, p: Array) -> float:
 
 @njit(cache=True, inline="always")
 def _stage_forces(
-    q: float, v: float, moved: float, elapsed: float, slider: float,
+    q: float, v: float, moved: float, elapsed: float, slider: float, sign: float,
     p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
 ) -> float:  # fmt: skip
-    """Restoring force of everything but the Maxwell branch and dry friction."""
+    """Restoring force of everything but the Maxwell branch; of dry friction in its direction."""
     force = _smooth_force(q, v, _smooth_values(p)) + p[SLOT.C1] * v
     if p_1.size:
         force += law_1(q, v, p_1)
@@ -136,44 +140,40 @@ def _stage_forces(
         force += min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
     if p.size > N_SLOTS:
         force += memory_force(q, moved, elapsed, p, N_SLOTS)
+    if sign != 0.0:
+        force += sign * _friction_level(q, v, sign, p)
     return force
 
 
 @njit(cache=True)
 def _runge_kutta(
-    q: float, v: float, branch: float, slider: float, drive: Array, h: float, sign: float,
+    q: float, v: float, branch: float, slider: float, drive: _Drive, h: float, sign: float,
     p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
 ) -> tuple[float, float, float]:  # fmt: skip
     """One step of the classical method.
 
     The direction of dry friction is held. Returns q, v and the branch's force.
     """
-    rate = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0
-    dq = 0.0
-    dv = 0.0
-    db = 0.0
-    sum_q = 0.0
-    sum_v = 0.0
-    sum_b = 0.0
-    for stage in range(4):
-        c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-        w = 1.0 if stage == 0 or stage == 3 else 2.0
-        u = drive[0] if stage == 0 else (drive[2] if stage == 3 else drive[1])
-        stage_q = q + c * h * dq
-        stage_v = v + c * h * dv
-        stage_b = branch + c * h * db
-        force = stage_b + _stage_forces(
-            stage_q, stage_v, stage_q - q, c * h, slider, p, law_1, law_2, p_1, p_2
-        )
-        if sign != 0.0:
-            force += sign * _friction_level(stage_q, stage_v, sign, p)
-        dq = stage_v
-        dv = (u - force) / p[SLOT.m]
-        db = p[SLOT.k] * stage_v - rate * stage_b
-        sum_q = sum_q + w * dq
-        sum_v = sum_v + w * dv
-        sum_b = sum_b + w * db
-    return q + h / 6.0 * sum_q, v + h / 6.0 * sum_v, branch + h / 6.0 * sum_b
+    mass, k, half = p[SLOT.m], p[SLOT.k], 0.5 * h
+    rate = 1.0 / p[SLOT.tau] if k > 0.0 else 0.0
+    u1, u2, u3 = drive
+    f1 = branch + _stage_forces(q, v, 0.0, 0.0, slider, sign, p, law_1, law_2, p_1, p_2)
+    a1, d1 = (u1 - f1) / mass, k * v - rate * branch
+    q2, v2, b2 = q + half * v, v + half * a1, branch + half * d1
+    f2 = b2 + _stage_forces(q2, v2, q2 - q, half, slider, sign, p, law_1, law_2, p_1, p_2)
+    a2, d2 = (u2 - f2) / mass, k * v2 - rate * b2
+    q3, v3, b3 = q + half * v2, v + half * a2, branch + half * d2
+    f3 = b3 + _stage_forces(q3, v3, q3 - q, half, slider, sign, p, law_1, law_2, p_1, p_2)
+    a3, d3 = (u2 - f3) / mass, k * v3 - rate * b3
+    q4, v4, b4 = q + h * v3, v + h * a3, branch + h * d3
+    f4 = b4 + _stage_forces(q4, v4, q4 - q, h, slider, sign, p, law_1, law_2, p_1, p_2)
+    a4, d4 = (u3 - f4) / mass, k * v4 - rate * b4
+    sixth = h / 6.0
+    return (
+        q + sixth * (v + 2.0 * (v2 + v3) + v4),
+        v + sixth * (a1 + 2.0 * (a2 + a3) + a4),
+        branch + sixth * (d1 + 2.0 * (d2 + d3) + d4),
+    )
 
 
 @njit(cache=True, inline="always")
@@ -187,24 +187,134 @@ def _of_cells(at: float, cells: Array, first: float, per_node: float) -> float:
     return float(cells[1, k] + cells[2, k] * (at - cells[0, k]))
 
 
-_matrix = types.Array(types.float64, 2, "C")
+@njit(cache=True, nogil=True)
+def goes_together(p: Array, n_further: int) -> bool:
+    """Whether :func:`motions_together` takes a parameter set, beside so many further values.
+
+    Not with dry friction that rises towards rest, and not with parts with a memory.
+    """
+    return p[SLOT.F_stribeck] == 0.0 and n_further + p.size == N_SLOTS
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _drive_of_step(force: Array, column: int, j: int, start: float, length: float) -> _Drive:
+    """Drive at the three stages of a part of step `j`.
+
+    A parabola through its beginning, middle and end.
+    """
+    u0, u1, u2 = force[2 * j, column], force[2 * j + 1, column], force[2 * j + 2, column]
+    slope, bend = 4.0 * u1 - 3.0 * u0 - u2, 2.0 * (u0 - 2.0 * u1 + u2)
+    middle, end = start + 0.5 * length, start + length
+    return (
+        u0 + start * (slope + start * bend),
+        u0 + middle * (slope + middle * bend),
+        u0 + end * (slope + end * bend),
+    )
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _breaks_loose(net: float, q: float, p: Array) -> float:
+    """Direction in which a net force moves a body at rest at q against dry friction.
+
+    0 where it sticks.
+    """
+    if net > _friction_level(q, 0.0, 1.0, p):
+        return 1.0
+    return -1.0 if net < -_friction_level(q, 0.0, -1.0, p) else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _one_step(
+    q: float, v: float, branch: float, slider: float, h: float, rubs: bool,
+    force: Array, column: int, j: int,
+    p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Deflection, speed, force of the branch and of the slider after step `j` of one motion.
+
+    With dry friction a part of the step ends where the speed passes zero; there it sticks or goes
+    on.
+    """
+    remaining, time = h, 0.0
+    for _ in range(3):
+        drive = _drive_of_step(force, column, j, time, remaining / h)
+        sign = np.sign(v) if rubs else 0.0
+        if rubs and v == 0.0:
+            net = drive[0] - branch - _stage_forces(
+                q, v, 0.0, 0.0, slider, 0.0, p, law_1, law_2, p_1, p_2
+            )  # fmt: skip
+            sign = _breaks_loose(net, q, p)
+            if sign == 0.0:
+                branch *= np.exp(-remaining / p[SLOT.tau])
+                if p.size > N_SLOTS:
+                    remember(0.0, remaining, p, N_SLOTS)
+                break
+        q1, v1, b1 = _runge_kutta(
+            q, v, branch, slider, drive, remaining, sign, p, law_1, law_2, p_1, p_2
+        )
+        reverses = sign != 0.0 and v1 * sign < 0.0
+        share = v / (v - v1) if reverses and v != 0.0 else 1.0
+        if share < 1.0:
+            drive = _drive_of_step(force, column, j, time, share * remaining / h)
+            q1, v1, b1 = _runge_kutta(
+                q, v, branch, slider, drive, share * remaining, sign, p, law_1, law_2, p_1, p_2
+            )
+        v1 = 0.0 if reverses else v1
+        slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
+        if p.size > N_SLOTS:
+            remember(q1 - q, share * remaining, p, N_SLOTS)
+        q, v, branch = q1, v1, b1
+        time += share * remaining / h
+        remaining *= 1.0 - share
+        if remaining <= 1e-9 * h:
+            break
+    return q, v, branch, slider
+
+
+@njit(cache=True, inline="always")
+def _of_cells(at: float, cells: Array, first: float, per_node: float) -> float:
+    """Value of a table with even nodes, see :func:`motions_together`."""
+    last = cells.shape[1] - 1
+    position = 1.0 + (at - first) * per_node
+    # What is no number, of a motion that has run away, is taken as below the first node.
+    position = position if position > 0.0 else 0.0
+    k = int(position if position < last else last)
+    return float(cells[1, k] + cells[2, k] * (at - cells[0, k]))
+
+
+@njit(cache=True, inline="always")
+def _force_together(
+    q: float, v: float, moved: float, slider: float, sign: float, smooth: _Smooth, hard: _Hard
+) -> float:
+    """Restoring force of one of several motions but for its Maxwell branch and its table."""
+    C1, Kp, Fy, F_plus, F_minus = hard
+    force = _smooth_force(q, v, smooth) + C1 * v + min(max(slider + Kp * moved, -Fy), Fy)
+    return force + F_plus * max(sign, 0.0) + F_minus * min(sign, 0.0)
+
+
+@njit(cache=True, inline="always")
+def _hard_values_of(p: Array, s: int) -> _Hard:
+    """Values of :func:`_force_together` beside those of :func:`_smooth_values_of`."""
+    return (
+        p[SLOT.C1, s], p[SLOT.Kp, s], p[SLOT.Fy, s], p[SLOT.F_plus, s], p[SLOT.F_minus, s],
+    )  # fmt: skip
 
 
 @njit(
     types.UniTuple(_matrix, 2)(
         _matrix, types.Array(types.int64, 1, "C"), _matrix, types.int64,
-        _matrix, _matrix, _matrix,
+        _matrix, _matrix, _matrix, _law, _matrix,
     ),
     cache=True,
     nogil=True,
 )  # fmt: skip
-def smooth_motions(
+def motions_together(
     force: Array, drive: NDArray[np.int64], state: Array, substeps: int,
-    p: Array, limits: Array, cells: Array,
+    p: Array, limits: Array, cells: Array, law: Force, p_law: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Motions of several records and parameter sets without dry friction, sliders, users' laws.
+    """Motions of several records and parameter sets of which :func:`goes_together` is true.
 
-    They go step by step together, so that one instruction of the processor serves several.
+    They go step by step together, so that one instruction of the processor serves several; those
+    that turn or rest in dry friction go through that step alone.
 
     Parameters
     ----------
@@ -212,9 +322,9 @@ def smooth_motions(
         Drives at the beginning and in the middle of every step.
     drive : ndarray of int, shape (m,)
         Number of the drive of each motion.
-    state : ndarray, shape (3, m)
-        Deflections, speeds and forces of Maxwell branches at the first sample; after the call those
-        after the last step, infinite where a motion has run away.
+    state : ndarray, shape (4, m)
+        Deflections, speeds, forces of Maxwell branches and of sliders at the first sample; after
+        the call those after the last step, infinite where a motion has run away.
     substeps : int
         Steps a sample.
     p : ndarray, shape (N_SLOTS + 2, m)
@@ -224,6 +334,10 @@ def smooth_motions(
     cells : ndarray, shape (3, n_nodes + 1)
         Table over the deflection, its nodes evenly spaced: node, value there and slope of the cell
         below the first node, of those between, and of that above the last; or shape (3, 0).
+    law : callable
+        Law that the table is.
+    p_law : ndarray, shape (m, n_parameters)
+        Its parameters; shape (m, 0) where there is none.
 
     Returns
     -------
@@ -233,7 +347,8 @@ def smooth_motions(
     m = p.shape[1]
     n = (len(force) - 1) // (2 * substeps)
     deflection, speed = np.full((n, m), np.inf), np.full((n, m), np.inf)
-    q, v, b = state[0].copy(), state[1].copy(), state[2].copy()
+    q, v, b, f = state[0].copy(), state[1].copy(), state[2].copy(), state[3].copy()
+    next_q, next_v, next_b = np.empty(m), np.empty(m), np.empty(m)
     h, size = limits[0].copy(), limits[1].copy()
     u1, u2, u3 = np.empty(m), np.empty(m), np.empty(m)
     t1, t2, t3, t4 = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
@@ -243,10 +358,14 @@ def smooth_motions(
         first = cells[0, 0]
         per_node = (cells.shape[1] - 2) / (cells[0, -1] - first)
     rate, inverse, bounded = np.zeros(m), np.empty(m), np.full(m, True)
+    sign, rubs = np.zeros(m), np.full(m, False)
     for s in range(m):
         if p[SLOT.k, s] > 0.0:
             rate[s] = 1.0 / p[SLOT.tau, s]
         inverse[s] = 1.0 / p[SLOT.m, s]
+        rubs[s] = p[SLOT.F_plus, s] + p[SLOT.F_minus, s] > 0.0
+    any_rubs = rubs.any()
+    sets, none = np.ascontiguousarray(p[:N_SLOTS].T), np.empty(0)
     for i in range(n):
         for s in range(m):
             bounded[s] = bounded[s] and abs(q[s]) < size[s]
@@ -259,6 +378,9 @@ def smooth_motions(
                 column = drive[s]
                 u1[s], u2[s] = force[2 * j, column], force[2 * j + 1, column]
                 u3[s] = force[2 * j + 2, column]
+            if any_rubs:
+                for s in range(m):
+                    sign[s] = np.sign(v[s]) if rubs[s] else 0.0
             if cells.shape[1]:
                 # Look-ups are no vector instructions: two of them at a time, beside the loops.
                 for s in range(m):
@@ -266,75 +388,60 @@ def smooth_motions(
                     t2[s] = _of_cells(q[s] + 0.5 * h[s] * v[s], cells, first, per_node)
                 for s in range(m):
                     half, k, q1, v1, b1 = 0.5 * h[s], p[SLOT.k, s], q[s], v[s], b[s]
-                    values = _smooth_values_of(p, s)
+                    smooth, hard = _smooth_values_of(p, s), _hard_values_of(p, s)
                     factor, damped = p[N_SLOTS, s], p[N_SLOTS + 1, s]
-                    a1 = u1[s] - _smooth_force(q1, v1, values) - p[SLOT.C1, s] * v1 - b1
-                    a1 = (a1 - t1[s] * (factor + damped * v1)) * inverse[s]
+                    f1 = _force_together(q1, v1, 0.0, f[s], sign[s], smooth, hard) + b1
+                    a1 = (u1[s] - f1 - t1[s] * (factor + damped * v1)) * inverse[s]
                     q2, v2 = q1 + half * v1, v1 + half * a1
                     b2 = b1 + half * (k * v1 - rate[s] * b1)
-                    a2 = u2[s] - _smooth_force(q2, v2, values) - p[SLOT.C1, s] * v2 - b2
-                    a2 = (a2 - t2[s] * (factor + damped * v2)) * inverse[s]
+                    f2 = _force_together(q2, v2, q2 - q1, f[s], sign[s], smooth, hard) + b2
+                    a2 = (u2[s] - f2 - t2[s] * (factor + damped * v2)) * inverse[s]
                     at3[s], at4[s] = q1 + half * v2, q1 + h[s] * (v1 + half * a2)
                 for s in range(m):
                     t3[s] = _of_cells(at3[s], cells, first, per_node)
                     t4[s] = _of_cells(at4[s], cells, first, per_node)
             for s in range(m):
-                C1, k, w, half = p[SLOT.C1, s], p[SLOT.k, s], inverse[s], 0.5 * h[s]
-                values = _smooth_values_of(p, s)
+                k, w, half = p[SLOT.k, s], inverse[s], 0.5 * h[s]
+                smooth, hard = _smooth_values_of(p, s), _hard_values_of(p, s)
                 factor, damped = p[N_SLOTS, s], p[N_SLOTS + 1, s]
                 q1, v1, b1 = q[s], v[s], b[s]
-                f1 = _smooth_force(q1, v1, values) + C1 * v1 + b1 + t1[s] * (factor + damped * v1)
-                a1, d1 = (u1[s] - f1) * w, k * v1 - rate[s] * b1
+                f1 = _force_together(q1, v1, 0.0, f[s], sign[s], smooth, hard)
+                a1 = (u1[s] - f1 - b1 - t1[s] * (factor + damped * v1)) * w
+                d1 = k * v1 - rate[s] * b1
                 q2, v2, b2 = q1 + half * v1, v1 + half * a1, b1 + half * d1
-                f2 = _smooth_force(q2, v2, values) + C1 * v2 + b2 + t2[s] * (factor + damped * v2)
-                a2, d2 = (u2[s] - f2) * w, k * v2 - rate[s] * b2
+                f2 = _force_together(q2, v2, q2 - q1, f[s], sign[s], smooth, hard)
+                a2 = (u2[s] - f2 - b2 - t2[s] * (factor + damped * v2)) * w
+                d2 = k * v2 - rate[s] * b2
                 q3, v3, b3 = q1 + half * v2, v1 + half * a2, b1 + half * d2
-                f3 = _smooth_force(q3, v3, values) + C1 * v3 + b3 + t3[s] * (factor + damped * v3)
-                a3, d3 = (u2[s] - f3) * w, k * v3 - rate[s] * b3
+                f3 = _force_together(q3, v3, q3 - q1, f[s], sign[s], smooth, hard)
+                a3 = (u2[s] - f3 - b3 - t3[s] * (factor + damped * v3)) * w
+                d3 = k * v3 - rate[s] * b3
                 q4, v4, b4 = q1 + h[s] * v3, v1 + h[s] * a3, b1 + h[s] * d3
-                f4 = _smooth_force(q4, v4, values) + C1 * v4 + b4 + t4[s] * (factor + damped * v4)
-                a4, d4 = (u3[s] - f4) * w, k * v4 - rate[s] * b4
+                f4 = _force_together(q4, v4, q4 - q1, f[s], sign[s], smooth, hard)
+                a4 = (u3[s] - f4 - b4 - t4[s] * (factor + damped * v4)) * w
+                d4 = k * v4 - rate[s] * b4
                 sixth = h[s] / 6.0
-                q[s] = q1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
-                v[s] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
-                b[s] = b1 + sixth * (d1 + 2.0 * (d2 + d3) + d4)
+                next_q[s] = q1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
+                next_v[s] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
+                next_b[s] = b1 + sixth * (d1 + 2.0 * (d2 + d3) + d4)
+            if any_rubs:
+                for s in range(m):
+                    if rubs[s] and (sign[s] == 0.0 or next_v[s] * sign[s] < 0.0):
+                        next_q[s], next_v[s], next_b[s], f[s] = _one_step(
+                            q[s], v[s], b[s], f[s], h[s], True, force, drive[s], j,
+                            sets[s], law, law, p_law[s], none,
+                        )  # fmt: skip
+                        # Its slider has gone on.
+                        q[s] = next_q[s]
+            for s in range(m):
+                Fy = p[SLOT.Fy, s]
+                f[s] = min(max(f[s] + p[SLOT.Kp, s] * (next_q[s] - q[s]), -Fy), Fy)
+                q[s], v[s], b[s] = next_q[s], next_v[s], next_b[s]
     for s in range(m):
-        state[0, s], state[1, s], state[2, s] = q[s], v[s], b[s]
+        state[0, s], state[1, s], state[2, s], state[3, s] = q[s], v[s], b[s], f[s]
         if not bounded[s]:
             state[0, s] = np.inf
     return deflection, speed
-
-
-@njit(cache=True, nogil=True)
-def is_smooth(p: Array, n_further: int) -> bool:
-    """Whether a parameter set has no dry friction and no slider, beside so many further values."""
-    rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
-    return not rubs and p[SLOT.Kp] == 0.0 and n_further + p.size == N_SLOTS
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _drive_of_step(force: Array, j: int, start: float, length: float, drive: Array) -> None:
-    """Drive at the three stages of a part of step `j`.
-
-    A parabola through its beginning, middle and end.
-    """
-    u0 = force[2 * j]
-    u1 = force[2 * j + 1]
-    u2 = force[2 * j + 2]
-    for k in range(3):
-        t = start + 0.5 * k * length
-        drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _breaks_loose(net: float, q: float, p: Array) -> float:
-    """Direction in which a net force moves a body at rest at q against dry friction.
-
-    0 where it sticks.
-    """
-    if net > _friction_level(q, 0.0, 1.0, p):
-        return 1.0
-    return -1.0 if net < -_friction_level(q, 0.0, -1.0, p) else 0.0
 
 
 @njit(
@@ -373,74 +480,22 @@ def driven_motion(
     """
     h, size = limits[0], RUNAWAY * limits[1]
     n = (force.size - 1) // (2 * substeps)
-    if is_smooth(p, p_1.size + p_2.size):
-        sets = np.concatenate((p, np.zeros(2))).reshape(p.size + 2, 1)
-        start = np.array([[state[0]], [state[1]], [0.0]])
-        several = smooth_motions(
-            force.reshape(force.size, 1), np.zeros(1, np.int64), start, substeps, sets,
-            np.array([[h], [size]]), np.empty((3, 0)),
-        )  # fmt: skip
-        return several[0][:, 0].copy(), several[1][:, 0].copy()
     deflection, speed = np.full(n, np.inf), np.full(n, np.inf)
     rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
     rubs = rubs or rubs_by_place(p, N_SLOTS)
     q, v = state[0], state[1]
-    slider, branch = 0.0, 0.0
-    drive = np.empty(3)
+    branch, slider = 0.0, 0.0
     # States of the parts with a memory stand in it.
     p = p.copy()
+    drive = force.reshape(force.size, 1)
     for i in range(n):
         if not abs(q) < size:
             break
         deflection[i], speed[i] = q, v
         for j in range(i * substeps, (i + 1) * substeps):
-            remaining, time = h, 0.0
-            # With dry friction a step ends where the speed passes zero; there it sticks or goes on.
-            for _ in range(3):
-                _drive_of_step(force, j, time, remaining / h, drive)
-                sign = np.sign(v) if rubs else 0.0
-                if rubs and v == 0.0:
-                    net = drive[0] - branch - _stage_forces(
-                        q, v, 0.0, 0.0, slider, p, law_1, law_2, p_1, p_2
-                    )  # fmt: skip
-                    sign = _breaks_loose(net, q, p)
-                    if sign == 0.0:
-                        branch *= np.exp(-remaining / p[SLOT.tau])
-                        if p.size > N_SLOTS:
-                            remember(0.0, remaining, p, N_SLOTS)
-                        break
-                q1, v1, b1 = _runge_kutta(
-                    q, v, branch, slider, drive, remaining, sign, p, law_1, law_2, p_1, p_2
-                )
-                reverses = sign != 0.0 and v1 * sign < 0.0
-                share = v / (v - v1) if reverses and v != 0.0 else 1.0
-                if share < 1.0:
-                    _drive_of_step(force, j, time, share * remaining / h, drive)
-                    q1, v1, b1 = _runge_kutta(
-                        q,
-                        v,
-                        branch,
-                        slider,
-                        drive,
-                        share * remaining,
-                        sign,
-                        p,
-                        law_1,
-                        law_2,
-                        p_1,
-                        p_2,
-                    )
-                v1 = 0.0 if reverses else v1
-                slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
-                if p.size > N_SLOTS:
-                    remember(q1 - q, share * remaining, p, N_SLOTS)
-                q = q1
-                v = v1
-                branch = b1
-                time += share * remaining / h
-                remaining *= 1.0 - share
-                if remaining <= 1e-9 * h:
-                    break
+            q, v, branch, slider = _one_step(
+                q, v, branch, slider, h, rubs, drive, 0, j, p, law_1, law_2, p_1, p_2
+            )
     return deflection, speed
 
 

@@ -172,9 +172,8 @@ def table_cells(law: ForceLaw) -> tuple[Array, bool] | None:
     Returns
     -------
     tuple of ndarray, shape (3, n + 1), and bool, or None
-        Node, value and slope of each cell, see
-        :func:`carrierflex.simulation.element.kernels.smooth_motions`, of the law of size one; None
-        of any other law.
+        Node, value and slope of each cell of the law of size one, see
+        :func:`carrierflex.simulation.element.kernels.motions_together`; None of any other law.
     """
     if law.force not in (_over_deflection, _times_speed):
         return None

@@ -15,9 +15,9 @@ from carrierflex.simulation.element.kernels import (
     N_SLOTS,
     driven_motion,
     element_values,
+    motions_together,
     no_law,
     restoring_force,
-    smooth_motions,
 )
 from carrierflex.simulation.element.law_forces import element_law, table_cells
 from carrierflex.simulation.laws import (
@@ -104,18 +104,31 @@ def test_motions_of_several_parameter_sets_together_are_those_of_each_alone():
     time = step / (2 * substeps) * np.arange(2 * n * substeps + 1)
     fine = 6.0 * np.cos(2.0 * np.pi * 9.0 * time)
     sets = [flat(**values) for values, _ in SMOOTH.values()]
-    sets += [flat(k=2e3, tau=0.03), flat(K1=-STIFFNESS)]  # the last runs away
+    # Friction that slips and sticks, with a slider and of one side; the last runs away.
+    sets += [flat(F_plus=2.0, F_minus=2.5), flat(F_plus=9.0, F_minus=9.0), flat(F_minus=1.5)]
+    sets += [flat(Kp=2e4, Fy=2.0), flat(Kp=2e4, Fy=2.0, F_plus=1.0, F_minus=1.0, k=2e3, tau=0.03)]
+    sets += [flat(k=2e3, tau=0.03), flat(K1=-STIFFNESS)]
     drive = np.arange(len(sets)) % 2
     fines = np.column_stack([fine, 0.5 * fine])
     starts = 1e-4 * np.arange(2.0 * len(sets)).reshape(2, -1)
-    state = np.vstack([starts, np.zeros(len(sets))])
+    state = np.vstack([starts, np.zeros((2, len(sets)))])
     h = step / substeps
     limits = np.tile([[h], [1e3]], len(sets))
     p = np.vstack([np.array(sets).T, np.zeros((2, len(sets)))])
     # In two stretches, the second of which begins where the first ended.
     half = 2 * substeps * (n // 2)
     stretches = [
-        smooth_motions(stretch, drive, state, substeps, p, limits, np.empty((3, 0)))
+        motions_together(
+            stretch,
+            drive,
+            state,
+            substeps,
+            p,
+            limits,
+            np.empty((3, 0)),
+            no_law,
+            np.empty((len(sets), 0)),
+        )
         for stretch in (fines[: half + 1].copy(), fines[half:].copy())
     ]
     q, v = (np.concatenate(pieces) for pieces in zip(*stretches, strict=True))
@@ -234,8 +247,9 @@ def test_derivatives_in_the_trusted_band_are_exact_and_noise_above_it_is_gone():
     assert_allclose(acceleration[200:-200], exact[200:-200], atol=0.01 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("friction", [0.0, 1.5])
 @pytest.mark.parametrize("effect_class", [RESTORING_FORCE, COUPLED_DAMPING])
-def test_motions_under_a_table_together_are_those_of_each_alone(effect_class):
+def test_motions_under_a_table_together_are_those_of_each_alone(effect_class, friction):
     step, substeps, n = 2e-3, 4, 300
     fine = 6.0 * np.cos(18.0 * np.pi * step / (2 * substeps) * np.arange(2 * n * substeps + 1))
     # The motion leaves the table on both sides.
@@ -246,32 +260,36 @@ def test_motions_under_a_table_together_are_those_of_each_alone(effect_class):
     cells, times_speed = table_cells(force)
     assert times_speed is (effect_class == COUPLED_DAMPING)
     sizes = np.array([0.0, 1.0, 2.5])
+    # Beside dry friction a motion that turns goes through that step alone, by the law.
+    with_friction = flat(F_plus=friction, F_minus=friction)
     p = np.zeros((N_SLOTS + 2, sizes.size))
-    p[:N_SLOTS] = flat()[:, None]
+    p[:N_SLOTS] = with_friction[:, None]
     p[N_SLOTS + times_speed] = sizes
     h = step / substeps
-    q, _ = smooth_motions(
+    parameters = [np.append(size, force.parameters[1:]) for size in sizes]
+    q, _ = motions_together(
         fine[:, None],
         np.zeros(sizes.size, dtype=int),
-        np.zeros((3, sizes.size)),
+        np.zeros((4, sizes.size)),
         substeps,
         p,
         np.tile([[h], [1.0]], sizes.size),
         cells,
+        force.force,
+        np.array(parameters),
     )
     assert q.min() < x[0]
     assert q.max() > x[-1]
-    for k, size in enumerate(sizes):
-        parameters = np.append(size, force.parameters[1:])
+    for k, of_law in enumerate(parameters):
         alone, _ = driven_motion(
             fine,
             np.zeros(2),
             substeps,
-            flat(),
+            with_friction,
             np.array([h, 1.0]),
             force.force,
             no_law,
-            parameters,
+            of_law,
             NONE,
         )
         assert_allclose(q[:, k], alone, atol=1e-12 * np.abs(alone).max())
