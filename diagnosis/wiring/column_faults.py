@@ -18,6 +18,7 @@ from scipy.signal import lfilter
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
+    along,
     baseline_sums,
     load_answers,
 )
@@ -140,7 +141,7 @@ def drifting_zeros(
     lines = sums.steps[:, : 2 * n_channels].reshape(-1, 2, n_channels)
 
     def level(run: Run, of_run: FloatArray) -> Run:
-        drifts = of_run[0] + np.multiply.outer(_along(run, run.time), of_run[1])
+        drifts = of_run[0] + np.multiply.outer(along(run.time, run.time), of_run[1])
         pairs = zip(campaign.channels, drifts.T, strict=True)
         return replace(run, signals={one.name: run.signals[one.name] - d for one, d in pairs})
 
@@ -228,7 +229,7 @@ def drifting_gain(
 
     def level(run: Run) -> FloatArray:
         """Load of a run with its gain."""
-        return run.inputs[name] * (middle + growth * _along(run, run.time))
+        return run.inputs[name] * (middle + growth * along(run.time, run.time))
 
     corrected = with_inputs(campaign, "", {name: level})
     square = refitted(corrected)
@@ -378,26 +379,21 @@ def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> Linea
 
     Where there are several, the answer itself follows each.
     """
-    along = _along(run, record.time)[:, None]
+    growing = along(record.time, run.time)[:, None]
     columns = []
     for name in names:
         answer = _answer_to(record, run, name)
-        columns += [answer * along, *([answer] if len(names) > 1 else [])]
+        columns += [answer * growing, *([answer] if len(names) > 1 else [])]
     return _with_columns(record, np.array(columns))
 
 
 def _with_lines(record: LinearRecord, run: Run) -> LinearRecord:
     """Record whose first columns are an offset in each channel, then a ramp over time in each."""
-    ramp = _along(run, record.time)[None, :, None]
+    ramp = along(record.time, run.time)[None, :, None]
     channels = np.eye(record.residual.shape[1])[:, None, :]
     lines = np.concatenate([channels * np.ones_like(ramp), channels * ramp])
     columns = np.concatenate([lines, record.columns])
     return replace(record, columns=columns, n_of_run=record.n_of_run + len(lines))
-
-
-def _along(run: Run, time: FloatArray) -> FloatArray:
-    """Time over the length of a run, from -0.5 to 0.5."""
-    return np.asarray((time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5)
 
 
 def _has_steady_loads(campaign: Campaign) -> bool:
