@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from carrierflex.diagnosis.classes.results import MEASURED
 from carrierflex.diagnosis.comparison.effect_names import plain_name
@@ -86,10 +85,9 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     sample_of,
 )
 from carrierflex.identification.campaign_check.tones import (
-    FEWEST_SAMPLES,
-    STANDS_OUT,
-    SURROUNDINGS,
+    IN_RUNS,
     answers_few_lines,
+    lines_that_stand_out,
     turns_with_the_shaft,
 )
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
@@ -659,9 +657,8 @@ def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[Campaign
 _FEW, _MOST_OF_THE_GAP = 0.02, 0.5
 #: Size of a lone sample over the median size in its channel, and over its two neighbours.
 _FAR, _ALONE = 10.0, 3.0
-#: Runs that must show a tone; its largest amplitude over its smallest, and the same of the signals,
-#: which tell a tone that is there by itself from one that grows with the load.
-_IN_RUNS = 0.6
+#: Largest amplitude of a tone over its smallest, and the same of the signals: they tell a tone that
+#: is there by itself from one that grows with the load.
 _STEADY = 1.3
 _GROWS = 1.5
 #: Share of the gap above the floor that a tone must make.
@@ -725,9 +722,11 @@ def _steady_tone(
     """A line at one frequency, as large in runs whose signals are not."""
     shown = []
     for record in records:
-        frequency, amplitude = _strongest_line(record.time, record.residual)
-        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, frequency):
-            shown.append((frequency, amplitude, float(np.nanstd(record.measured)), record))
+        lines = lines_that_stand_out(record.time, record.residual)
+        line = max(lines, key=lambda line: line.amplitude, default=None)
+        if line and not _is_of_the_machine(runs[record.run], record, line.frequency_hz):
+            level = float(np.nanstd(record.measured))
+            shown.append((line.frequency_hz, line.amplitude, level, record))
     if len(shown) < 2:
         return
     typical = float(np.median([entry[0] for entry in shown]))
@@ -736,7 +735,7 @@ def _steady_tone(
         for entry in shown
         if abs(entry[0] - typical) < 2.0 / float(entry[3].time[-1] - entry[3].time[0])
     ]
-    if len(alike) <= _IN_RUNS * len(records) or len(alike) < 2:
+    if len(alike) <= IN_RUNS * len(records) or len(alike) < 2:
         return
     amplitudes, levels = np.array([entry[1:3] for entry in alike]).T
     square = sum(0.5 * entry[1] ** 2 * entry[3].time.size for entry in alike)
@@ -760,27 +759,7 @@ def _is_of_the_machine(run: Run, record: PredictedRecord, frequency: float) -> b
     known = np.isfinite(record.residual)
     time = run.time - run.time[0]
     level = np.interp(time, record.time[known] - record.time[0], record.residual[known])
-    if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
-        return True
     drives = [drive for name, drive in run.inputs.items() if name != "carrier_angle"]
-    return any(answers_few_lines(drive, run.time, frequency) for drive in drives)
-
-
-def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
-    """Frequency [Hz] and amplitude of the line that stands out most; zero where none does."""
-    present = np.isfinite(residual)
-    if np.count_nonzero(present) < FEWEST_SAMPLES:
-        return 0.0, 0.0
-    span = slice(np.argmax(present), present.size - np.argmax(present[::-1]))
-    level = np.interp(time[span], time[present], residual[present])
-    window = np.hanning(level.size)
-    power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    surroundings = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
-    power[:4] = 0.0
-    k = int(np.argmax(power))
-    if power[k] <= STANDS_OUT * surroundings[k] or k == power.size - 1:
-        return 0.0, 0.0
-    step = mean_step(time[span])
-    # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.
-    amplitude = float(np.sqrt(np.sum(power[k - 1 : k + 2]) / 1.5)) * 2.0 / float(window.sum())
-    return float(np.fft.rfftfreq(level.size, step)[k]), amplitude
+    return turns_with_the_shaft(run, level, frequency) or any(
+        answers_few_lines(drive, run.time, frequency) for drive in drives
+    )
