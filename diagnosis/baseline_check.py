@@ -55,6 +55,7 @@ from carrierflex.diagnosis.wiring.refits import (
     NEARLY_ALL,
     OF_NO_KIND,
     SMALLEST_DRIFT,
+    SMALLEST_GAIN,
     ClockDrift,
     Fault,
     GapSquare,
@@ -105,11 +106,7 @@ _REPORTED = 0.5
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
 _FEWEST_STEPS = 3.0
-#: Gain error of a channel from which it is told without a gap: a calibrated sensor is not 2 % off.
-_SMALLEST_GAIN = 0.02
-#: The same in standard deviations of the calibration, where the channel declares `gain_std`.
-_OF_CALIBRATION = 3.0
-#: Standard deviations of a declared value from which the records contradict it.
+#: Standard deviations of a declared value or calibration from which records contradict it.
 _CONTRADICTS = 3.0
 #: Samples of all channels up to which records with all their columns are held: 160 MB.
 _MOST_HELD = 1_000_000
@@ -521,7 +518,7 @@ def _off_gain(
         # The gain of a channel alone is the size of all that is predicted.
         return
     smallest = [
-        max(_SMALLEST_GAIN, _OF_CALIBRATION * (channel.gain_std or 0.0)) for channel in channels
+        max(SMALLEST_GAIN, _CONTRADICTS * (channel.gain_std or 0.0)) for channel in channels
     ]
     suspects = off_gains(wiring.linear(theta), smallest)
     if not suspects:

@@ -19,7 +19,13 @@ from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    LOADS,
+    RADIAL_LOADS,
+    SMALLEST_GAIN,
+    Fault,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
@@ -32,8 +38,6 @@ _TURNED = -0.2
 _EXCHANGED = 0.5
 #: Step of a length over it, the range in which it is sought, and the refits at most.
 _LENGTH_STEP, _LENGTHS, _LENGTH_REFITS = 0.1, (0.6, 1.7), 12
-#: Relative error of a load that a campaign's own instruments may have: below, nothing is tried.
-_SMALLEST_GAIN = 0.02
 
 
 def mounting_rivals(problem: MountingInTime, campaign: Campaign) -> tuple[WiringRival, ...]:
@@ -131,7 +135,7 @@ def _gain_rivals(
         if factors[load] == 1.0 or not others.size or min(factors[load], *others) <= 0.0:
             continue
         gain = float(factors[load] / np.mean(others))
-        if abs(gain - 1.0) < _SMALLEST_GAIN:
+        if abs(gain - 1.0) < SMALLEST_GAIN:
             continue
         square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"

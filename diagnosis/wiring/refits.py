@@ -115,6 +115,8 @@ LOADS = ("torque", *RADIAL_LOADS)
 NEARLY_ALL = 0.9
 #: Share of the gap by which one that explains less is still as good.
 AS_GOOD = 0.03
+#: Gain error from which it is looked for: a calibrated sensor or load cell is not 2 % off.
+SMALLEST_GAIN = 0.02
 
 
 @dataclass(frozen=True)
