@@ -44,6 +44,7 @@ from carrierflex.diagnosis.wiring.column_faults import (
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
+    drifting_runs,
     late_signals,
     off_gains,
 )
@@ -181,7 +182,7 @@ def checked_baseline(
     tried = list(wiring.rivals())
     untold: list[WiringRival] = []
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
-    clocks: list[WiringRival] = []
+    clocks = [*_drifting(linear(), campaign, before)] if np.isfinite(before) else []
     if wiring.unchecked:
         warnings.append(_unchecked(wiring.unchecked))
     # None of another simulator's prediction: it stands as it is.
@@ -294,6 +295,17 @@ def _linear_records(wiring: WiringChecks, campaign: Campaign, theta: FloatArray)
     if n_samples > _MOST_HELD:
         return lambda: wiring.linear(theta)
     return cache(lambda: tuple(wiring.linear(theta)))
+
+
+def _drifting(
+    linear: Iterable[LinearRecord], campaign: Campaign, before: float
+) -> Iterator[WiringRival]:
+    """Drifting clocks as rivals, fitted together with a baseline that can be made linear."""
+    runs = {run.name: run for run in campaign.runs}
+    for drift in drifting_runs(linear):
+        run = runs[drift.run]
+        if abs(drift.seconds) > SMALLEST_DRIFT * mean_step(run.time):
+            yield clock_rival(run, drift.seconds, before * (1.0 - drift.explained))
 
 
 def with_findings(
@@ -471,7 +483,7 @@ def _unchecked(why: str) -> CampaignWarning:
     return CampaignWarning(
         "unchecked",
         "all runs",
-        "clocks that drift, exchanged runs, lone samples and tones "
+        "clocks that drift by more than a fit finds, exchanged runs, lone samples and tones "
         f"outside the prediction were not looked for: {why}",
         "run carrierflex check on a copy of the folder with fewer [[runs]]",
         1.0,

@@ -79,6 +79,8 @@ class Lateness:
     run: str  # Run over which the delay grows by `seconds`; empty for a delay that all runs share
     seconds: float  # Its size
     std: float  # Standard deviation
+    #: Share of the residual's square over all records that it explains in addition to the baseline
+    explained: float
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,17 @@ def load_answers(record: LinearRecord, run: Run) -> Sequence[LoadAnswer]:
         return record.answers()
     [(name, values)] = run.inputs.items()
     return (LoadAnswer(name, np.interp(record.time, run.time, values), record.predicted),)
+
+
+def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
+    """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
+    drifts, delays = _lateness(records)
+    return tuple(drifts or delays)
+
+
+def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
+    """Clocks that drift, fitted together with the baseline."""
+    return tuple(_lateness(records)[0])
 
 
 def off_gains(
@@ -167,8 +180,8 @@ def correlation(residual: FloatArray) -> float:
     return max(1.0 + 2.0 * float(rho[: ends[0] if ends.size else _LAGS].sum()), 1.0)
 
 
-def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
-    """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
+def _lateness(records: Iterable[LinearRecord]) -> tuple[list[Lateness], list[Lateness]]:
+    """Drifts of runs that are beyond doubt, and the delay of all runs where it is."""
     factors: dict[str, float] = {}
 
     def with_lateness() -> Iterator[LinearRecord]:
@@ -181,24 +194,24 @@ def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
 
     sums = baseline_sums(with_lateness())
     if not factors:
-        return ()
+        return [], []
     total = np.asarray(sums.of_runs.sum(axis=0))
     variance, n = _residual_variance(total, sums, list(factors.values())), len(total) - 3
 
-    def sure(run: str, products: FloatArray, least: float) -> tuple[Lateness, ...]:
+    def sure(run: str, products: FloatArray, least: float) -> list[Lateness]:
         """Lateness by so many standard deviations; its own slope is no scatter about it."""
         left = [float(shared_products(products, k)[-1, -1]) for k in (n, len(products) - 1)]
         explained = (left[0] - left[1]) / float(total[-1, -1])
         seconds, std = _last_factor(products, variance * max(1.0 - explained, 0.0))
-        return (Lateness(run, seconds, std),) if abs(seconds) > least * std else ()
+        return [Lateness(run, seconds, std, explained)] if abs(seconds) > least * std else []
 
-    drifts: tuple[Lateness, ...] = ()
+    drifts = []
     for name, products in zip(factors, sums.of_runs, strict=True):
         # The baseline is common to all runs, delay and drift are this run's.
         products[:n, :n] = total[:n, :n]
         products[:n, -1] = products[-1, :n] = total[:n, -1]
         drifts += sure(name, products, _DRIFT)
-    return drifts or sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
+    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
 
 
 def _channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
