@@ -55,6 +55,7 @@ from carrierflex.diagnosis.wiring.refits import (
     LONE_CHANNEL,
     NEARLY_ALL,
     OF_NO_KIND,
+    REPORTED,
     SMALLEST_DRIFT,
     SMALLEST_GAIN,
     ClockDrift,
@@ -101,8 +102,6 @@ _GAP = 1.2
 _GAP_BESIDE = 2.0
 #: Share of what shapes leave that a fault beside them explains: they were measured with it.
 _BESIDE_SHAPES = 0.7
-#: Share of the gap above the floor that a wiring must explain to be told.
-_REPORTED = 0.5
 #: RMS of the gap over the declared noise below which that is too large.
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
@@ -149,7 +148,7 @@ class BaselineCheck:
         """The same with a rival in the place of that of the same fault."""
         fault = (rival.id, rival.about)
         others = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
-        return self if share < _REPORTED else replace(self, rivals=(*others, (rival, share)))
+        return self if share < REPORTED else replace(self, rivals=(*others, (rival, share)))
 
 
 def checked_baseline(
@@ -225,7 +224,7 @@ def checked_baseline(
 
     shares = [(rival, share_of(rival)) for rival in tried]
     half = [one for one in (*tried, *untold) if one.corrected and not one.laws]
-    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= _REPORTED]
+    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= REPORTED]
     if max((share for _, share in shares), default=0.0) >= 1.0 - AS_GOOD:
         half = []
     # Of one fault the first model that explains it: a further law must explain more.
@@ -234,7 +233,7 @@ def checked_baseline(
         key = (rival.id, rival.about)
         if key not in best or share > best[key][1] + AS_GOOD:
             best[key] = (rival, share)
-    rivals = tuple(pair for pair in best.values() if pair[1] >= _REPORTED)
+    rivals = tuple(pair for pair in best.values() if pair[1] >= REPORTED)
     return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
 
 
@@ -361,7 +360,7 @@ def with_findings(
     with_fault = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, _REPORTED * (1.0 - explained)):
+    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, REPORTED * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*with_fault[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
@@ -445,7 +444,7 @@ def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -
     fault = finding.id
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if diagnosis.reduction is None or not is_named:
-        return _REPORTED
+        return REPORTED
     far = diagnosis.reduction
     if fault == Fault.FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
@@ -460,7 +459,7 @@ def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -
         # loads, sensors.
         return min(NEARLY_ALL, explained - AS_GOOD)
     if fault == Fault.RUN and finding.about != largest_run:
-        return 1.0 - _REPORTED * (1.0 - explained)
+        return 1.0 - REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return explained + (AS_GOOD if is_same else -AS_GOOD)
 
@@ -561,7 +560,7 @@ def _late_by_steps(
         if clock.run or abs(clock.delay) < _FEWEST_STEPS * step:
             continue
         share = (before - remaining) / (before - floor)
-        if share >= _REPORTED:
+        if share >= REPORTED:
             sure = f"put back, the baseline alone explains {share:.0%} of the gap"
             yield _delay_warning("", clock.delay, sure)
 
@@ -662,8 +661,8 @@ def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[Campaign
         )
 
 
-#: Share of the samples that lone samples may be, and of the gap that they must make, to be told.
-_FEW, _MOST_OF_THE_GAP = 0.02, 0.5
+#: Share of the samples that lone samples may be, which must make what is reported of the gap.
+_FEW = 0.02
 #: Size of a lone sample over the median size in its channel, and over its two neighbours.
 _FAR, _ALONE = 10.0, 3.0
 #: Largest amplitude of a tone over its smallest, and the same of the signals: they tell a tone that
@@ -711,7 +710,7 @@ def _lone_samples(
         if alone.any():
             k = int(np.argmax(np.where(alone, middle, 0.0)))
             worst = max(worst, (record.run, k + 1, float(middle[k])), key=lambda entry: entry[2])
-    if 0 < count <= _FEW * size and square > _MOST_OF_THE_GAP * above:
+    if 0 < count <= _FEW * size and square > REPORTED * above:
         run, sample, distance = worst
         yield CampaignWarning(
             "outliers",

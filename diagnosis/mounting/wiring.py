@@ -22,6 +22,7 @@ from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
 from carrierflex.diagnosis.wiring.refits import (
     LOADS,
     RADIAL_LOADS,
+    REPORTED,
     SMALLEST_GAIN,
     Fault,
     WiringRival,
@@ -34,8 +35,6 @@ MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 
 #: Factor of the answer to a load below which its sign is wrong.
 _TURNED = -0.2
-#: Square that an exchange of sensors must leave of what the stated order leaves.
-_EXCHANGED = 0.5
 #: Step of a length over it, the range in which it is sought, and the refits at most.
 _LENGTH_STEP, _LENGTHS, _LENGTH_REFITS = 0.1, (0.6, 1.7), 12
 
@@ -107,7 +106,7 @@ def _bearing_rival(problem: MountingInTime, campaign: Campaign) -> Iterator[Wiri
     squares = [square(stated * (1.0 + step)) for step in (-_LENGTH_STEP, 0.0, _LENGTH_STEP)]
     parabola = np.polyfit((-1.0, 0.0, 1.0), squares, 2)
     vertex = float(np.clip(-0.5 * parabola[1] / parabola[0], -1.0, 1.0))
-    if min(np.polyval(parabola, vertex), *squares) > _EXCHANGED * squares[1]:
+    if min(np.polyval(parabola, vertex), *squares) > (1.0 - REPORTED) * squares[1]:
         return
     best = minimize_scalar(
         square,
@@ -211,7 +210,7 @@ def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:
     best = float(square[np.arange(len(order)), order].sum())
     same = float(np.trace(square))
     moved = order != np.arange(len(order))
-    return order.tolist() if moved.any() and best < _EXCHANGED * same else None
+    return order.tolist() if moved.any() and best < (1.0 - REPORTED) * same else None
 
 
 def _with_loads(

@@ -32,9 +32,8 @@ _LEAST_REMAINING = 1e-6
 _LAGS = 20
 #: Drift over its standard deviation that is told, one run of many.
 _DRIFT = 5.0
-#: The same of a delay: sensors that stand half a degree from where they are declared leave four.
-_DELAY = 8.0
-#: Gain error over its standard deviation from which it is told.
+#: The same of a delay and of a gain: sensors that stand half a degree from where they are declared
+#: leave four.
 _SURE = 8.0
 #: Standard deviations within which another channel is as likely to be the one.
 _AS_SURE = 1.0
@@ -211,7 +210,7 @@ def _lateness(records: Iterable[LinearRecord]) -> tuple[list[Lateness], list[Lat
         products[:n, :n] = total[:n, :n]
         products[:n, -1] = products[-1, :n] = total[:n, -1]
         drifts += sure(name, products, _DRIFT)
-    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
+    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _SURE)
 
 
 def _channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:

@@ -113,6 +113,9 @@ RADIAL_LOADS = ("ntl_y", "ntl_z")
 LOADS = ("torque", *RADIAL_LOADS)
 #: Share of the gap that a fault must explain whose size is fitted, or that leaves records out.
 NEARLY_ALL = 0.9
+#: Share of the gap that a fault must explain to be reported, and in a linear screen, about a fit
+#: that the fault has led astray.
+REPORTED = 0.5
 #: Share of the gap by which one that explains less is still as good.
 AS_GOOD = 0.03
 #: Gain error from which it is looked for: a calibrated sensor or load cell is not 2 % off.
@@ -136,7 +139,7 @@ class GapSquare:
     @property
     def half(self) -> float:
         """Mean square that is left where half of the gap is explained."""
-        return self.remaining(0.5)
+        return self.remaining(REPORTED)
 
     def remaining(self, share: float) -> float:
         """Mean square that is left where a share of the gap above the floor is explained."""

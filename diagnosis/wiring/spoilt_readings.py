@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from carrierflex.diagnosis.wiring.column_faults import SCREENED
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
@@ -128,7 +127,7 @@ def noisy_load(
     n_samples = sum(record.residual.size for record in runs)
     for name, passed_on in _passed_on_by_load(runs, campaign).items():
         square = passed_on.square / n_samples
-        is_as_large = square >= SCREENED * (gap.before - gap.floor)
+        is_as_large = gap.before - square <= gap.half
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
