@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from carrierflex.diagnosis.classes.results import MEASURED
 from carrierflex.diagnosis.comparison.effect_names import plain_name
@@ -56,7 +55,9 @@ from carrierflex.diagnosis.wiring.refits import (
     LONE_CHANNEL,
     NEARLY_ALL,
     OF_NO_KIND,
+    REPORTED,
     SMALLEST_DRIFT,
+    SMALLEST_GAIN,
     ClockDrift,
     Fault,
     GapSquare,
@@ -87,10 +88,9 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     sample_of,
 )
 from carrierflex.identification.campaign_check.tones import (
-    FEWEST_SAMPLES,
-    STANDS_OUT,
-    SURROUNDINGS,
+    IN_RUNS,
     answers_few_lines,
+    lines_that_stand_out,
     turns_with_the_shaft,
 )
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
@@ -102,17 +102,11 @@ _GAP = 1.2
 _GAP_BESIDE = 2.0
 #: Share of what shapes leave that a fault beside them explains: they were measured with it.
 _BESIDE_SHAPES = 0.7
-#: Share of the gap above the floor that a wiring must explain to be told.
-_REPORTED = 0.5
 #: RMS of the gap over the declared noise below which that is too large.
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
 _FEWEST_STEPS = 3.0
-#: Gain error of a channel from which it is told without a gap: a calibrated sensor is not 2 % off.
-_SMALLEST_GAIN = 0.02
-#: The same in standard deviations of the calibration, where the channel declares `gain_std`.
-_OF_CALIBRATION = 3.0
-#: Standard deviations of a declared value from which the records contradict it.
+#: Standard deviations of a declared value or calibration from which records contradict it.
 _CONTRADICTS = 3.0
 #: Samples of all channels up to which records with all their columns are held: 160 MB.
 _MOST_HELD = 1_000_000
@@ -154,7 +148,7 @@ class BaselineCheck:
         """The same with a rival in the place of that of the same fault."""
         fault = (rival.id, rival.about)
         others = [pair for pair in self.rivals if (pair[0].id, pair[0].about) != fault]
-        return self if share < _REPORTED else replace(self, rivals=(*others, (rival, share)))
+        return self if share < REPORTED else replace(self, rivals=(*others, (rival, share)))
 
 
 def checked_baseline(
@@ -230,7 +224,7 @@ def checked_baseline(
 
     shares = [(rival, share_of(rival)) for rival in tried]
     half = [one for one in (*tried, *untold) if one.corrected and not one.laws]
-    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= _REPORTED]
+    half = [one for one in half if one.id not in OF_NO_KIND and share_of(one) >= REPORTED]
     if max((share for _, share in shares), default=0.0) >= 1.0 - AS_GOOD:
         half = []
     # Of one fault the first model that explains it: a further law must explain more.
@@ -239,7 +233,7 @@ def checked_baseline(
         key = (rival.id, rival.about)
         if key not in best or share > best[key][1] + AS_GOOD:
             best[key] = (rival, share)
-    rivals = tuple(pair for pair in best.values() if pair[1] >= _REPORTED)
+    rivals = tuple(pair for pair in best.values() if pair[1] >= REPORTED)
     return BaselineCheck(tuple(warnings), rivals, run_of_largest_motion(campaign), tuple(half))
 
 
@@ -366,7 +360,7 @@ def with_findings(
     with_fault = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, _REPORTED * (1.0 - explained)):
+    if with_fault and with_fault[0][1] > explained + min(AS_GOOD, REPORTED * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*with_fault[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
@@ -450,7 +444,7 @@ def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -
     fault = finding.id
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if diagnosis.reduction is None or not is_named:
-        return _REPORTED
+        return REPORTED
     far = diagnosis.reduction
     if fault == Fault.FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
@@ -465,7 +459,7 @@ def _least_share(finding: WiringRival, diagnosis: Diagnosis, largest_run: str) -
         # loads, sensors.
         return min(NEARLY_ALL, explained - AS_GOOD)
     if fault == Fault.RUN and finding.about != largest_run:
-        return 1.0 - _REPORTED * (1.0 - explained)
+        return 1.0 - REPORTED * (1.0 - explained)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return explained + (AS_GOOD if is_same else -AS_GOOD)
 
@@ -535,7 +529,7 @@ def _off_gain(
         # The gain of a channel alone is the size of all that is predicted.
         return
     smallest = [
-        max(_SMALLEST_GAIN, _OF_CALIBRATION * (channel.gain_std or 0.0)) for channel in channels
+        max(SMALLEST_GAIN, _CONTRADICTS * (channel.gain_std or 0.0)) for channel in channels
     ]
     suspects = off_gains(wiring.linear(theta), smallest)
     if not suspects:
@@ -566,7 +560,7 @@ def _late_by_steps(
         if clock.run or abs(clock.delay) < _FEWEST_STEPS * step:
             continue
         share = (before - remaining) / (before - floor)
-        if share >= _REPORTED:
+        if share >= REPORTED:
             sure = f"put back, the baseline alone explains {share:.0%} of the gap"
             yield _delay_warning("", clock.delay, sure)
 
@@ -667,13 +661,12 @@ def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[Campaign
         )
 
 
-#: Share of the samples that lone samples may be, and of the gap that they must make, to be told.
-_FEW, _MOST_OF_THE_GAP = 0.02, 0.5
+#: Share of the samples that lone samples may be, which must make what is reported of the gap.
+_FEW = 0.02
 #: Size of a lone sample over the median size in its channel, and over its two neighbours.
 _FAR, _ALONE = 10.0, 3.0
-#: Runs that must show a tone; its largest amplitude over its smallest, and the same of the signals,
-#: which tell a tone that is there by itself from one that grows with the load.
-_IN_RUNS = 0.6
+#: Largest amplitude of a tone over its smallest, and the same of the signals: they tell a tone that
+#: is there by itself from one that grows with the load.
 _STEADY = 1.3
 _GROWS = 1.5
 #: Share of the gap above the floor that a tone must make.
@@ -717,7 +710,7 @@ def _lone_samples(
         if alone.any():
             k = int(np.argmax(np.where(alone, middle, 0.0)))
             worst = max(worst, (record.run, k + 1, float(middle[k])), key=lambda entry: entry[2])
-    if 0 < count <= _FEW * size and square > _MOST_OF_THE_GAP * above:
+    if 0 < count <= _FEW * size and square > REPORTED * above:
         run, sample, distance = worst
         yield CampaignWarning(
             "outliers",
@@ -737,9 +730,11 @@ def _steady_tone(
     """A line at one frequency, as large in runs whose signals are not."""
     shown = []
     for record in records:
-        frequency, amplitude = _strongest_line(record.time, record.residual)
-        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, frequency):
-            shown.append((frequency, amplitude, float(np.nanstd(record.measured)), record))
+        lines = lines_that_stand_out(record.time, record.residual)
+        line = max(lines, key=lambda line: line.amplitude, default=None)
+        if line and not _is_of_the_machine(runs[record.run], record, line.frequency_hz):
+            level = float(np.nanstd(record.measured))
+            shown.append((line.frequency_hz, line.amplitude, level, record))
     if len(shown) < 2:
         return
     typical = float(np.median([entry[0] for entry in shown]))
@@ -748,7 +743,7 @@ def _steady_tone(
         for entry in shown
         if abs(entry[0] - typical) < 2.0 / float(entry[3].time[-1] - entry[3].time[0])
     ]
-    if len(alike) <= _IN_RUNS * len(records) or len(alike) < 2:
+    if len(alike) <= IN_RUNS * len(records) or len(alike) < 2:
         return
     amplitudes, levels = np.array([entry[1:3] for entry in alike]).T
     square = sum(0.5 * entry[1] ** 2 * entry[3].time.size for entry in alike)
@@ -772,27 +767,7 @@ def _is_of_the_machine(run: Run, record: PredictedRecord, frequency: float) -> b
     known = np.isfinite(record.residual)
     time = run.time - run.time[0]
     level = np.interp(time, record.time[known] - record.time[0], record.residual[known])
-    if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
-        return True
     drives = [drive for name, drive in run.inputs.items() if name != "carrier_angle"]
-    return any(answers_few_lines(drive, run.time, frequency) for drive in drives)
-
-
-def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
-    """Frequency [Hz] and amplitude of the line that stands out most; zero where none does."""
-    present = np.isfinite(residual)
-    if np.count_nonzero(present) < FEWEST_SAMPLES:
-        return 0.0, 0.0
-    span = slice(np.argmax(present), present.size - np.argmax(present[::-1]))
-    level = np.interp(time[span], time[present], residual[present])
-    window = np.hanning(level.size)
-    power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    surroundings = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
-    power[:4] = 0.0
-    k = int(np.argmax(power))
-    if power[k] <= STANDS_OUT * surroundings[k] or k == power.size - 1:
-        return 0.0, 0.0
-    step = mean_step(time[span])
-    # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.
-    amplitude = float(np.sqrt(np.sum(power[k - 1 : k + 2]) / 1.5)) * 2.0 / float(window.sum())
-    return float(np.fft.rfftfreq(level.size, step)[k]), amplitude
+    return turns_with_the_shaft(run, level, frequency) or any(
+        answers_few_lines(drive, run.time, frequency) for drive in drives
+    )

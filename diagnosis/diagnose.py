@@ -401,15 +401,12 @@ def _separation(experiment: CandidateExperiment, first: EffectFit, second: Effec
 
 def _gap_detail(
     problem: ComparisonProblem, before: EffectFit, after: EffectFit, reduction: GapReduction
-) -> GapDetail | None:
+) -> GapDetail:
     """The baseline's gap beyond its map, with its uncertainty before and after."""
-    findings = problem.gap_findings((), before.theta)
-    if findings is None:
-        return None
     numerical = problem.numerical_error((), before.theta)
     cells = cell_validations(reduction.cells_before, reduction.cells_after, numerical)
-    scalars = [problem.scalars(fit.effects, fit.theta) for fit in (before, after)]
-    return GapDetail(findings, cells, scalar_gaps(*scalars))
+    gap, remaining = (problem.gap(fit.effects, fit.theta) for fit in (before, after))
+    return GapDetail(gap.findings(), cells, scalar_gaps(gap.scalars(), remaining.scalars()))
 
 
 def _signals(

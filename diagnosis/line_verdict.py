@@ -66,7 +66,8 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
         for size, line in large
     ]
     if judged.answer is not None:
-        findings += _shares_of_gap(judged.answer.classes, on_orders / gap)
+        parts = [finding.part(on_orders / gap) for finding in judged.answer.classes]
+        findings += [one for one in parts if one.share >= _LIMITS.second_cause]
     answer = ClassAnswer(
         state=state,
         classes=tuple(findings) if state != NO_CLASS else (),
@@ -97,20 +98,6 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
         verdict = NONE_OF_THESE if state == NO_CLASS else CLASS_NAMED
     effects = judged.effects if verdict != NONE_OF_THESE else ()
     return Verdict(verdict, text, effects, answer, joint)
-
-
-def _shares_of_gap(classes: Sequence[ClassFinding], fraction: float) -> list[ClassFinding]:
-    """Classes of the gap on the orders, a fraction of the gap, as shares of the gap."""
-    return [
-        replace(
-            finding,
-            share=fraction * finding.share,
-            share_ci95=(fraction * finding.share_ci95[0], fraction * finding.share_ci95[1]),
-            law_share=fraction * finding.law_share,
-        )
-        for finding in classes
-        if fraction * finding.share >= _LIMITS.second_cause
-    ]
 
 
 def _mean_square(motion: OffOrderMotion, reduction: GapReduction) -> float:

@@ -1,7 +1,7 @@
 """The verdict, from the classes that the table shows and the laws fitted in the simulator."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, permutations
 
@@ -76,41 +76,52 @@ def verdict_of(
     rank = {step.added: k for k, step in enumerate(reduction.steps)}
     ordered = tuple(sorted(selection.accepted, key=lambda law: rank.get(law, 0)))
     laws = ordered if verdict in NAMING else ()
+    of_fits = Verdict(verdict, reason, laws, answer, reduction)
     if answer is None:
-        return Verdict(verdict, reason, laws, None, reduction)
+        return of_fits
     if answer.state == NOT_VISIBLE and not laws and verdict != AT_NOISE_FLOOR:
-        return Verdict(NOT_DIAGNOSABLE, answer.note, (), answer, reduction)
+        return replace(of_fits, verdict=NOT_DIAGNOSABLE, reason=answer.note)
     if answer.state in (NOTHING, NOT_VISIBLE):
-        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+        return replace(of_fits, answer=_by_laws(answer, laws, reduction))
     if verdict == AT_NOISE_FLOOR and (answer.state == LEADING_CLASS or answer.same_scores):
         # Noise of the motion in a contained law is no white noise in force space: a class that only
         # leads there says less than the records, which the simulation meets to their noise.
-        return Verdict(verdict, reason, (), _silent(answer), reduction)
-    if answer.same_scores and _are_enough(laws, answer, reduction, limits):
-        named = _by_laws(_silent(answer), laws, reduction, answer.ids)
-        ties = _open_ties(answer, named.ids, laws, predictive)
-        if ties and verdict in NAMING:
-            others = ", ".join(_listed(names) for names in ties)
-            text = f"{reason}; {others} predicts held-out records as well"
-            return Verdict(ALIASED, text, (), replace(named, ties=ties), reduction)
-        return Verdict(verdict, reason, laws, named, reduction)
-    covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
+        return replace(of_fits, answer=_silent(answer))
+    covered = _covered(laws, answer)
     is_near_floor = reduction.floor_multiple <= limits.near_floor
+    behind = min(answer.share, 1.0) - reduction.phi
+    if answer.same_scores and laws:
+        # Laws have fewer parameters: in the classes of the answer they are believed unless these
+        # explain as much more as a second cause would. Laws of other classes may only come near.
+        if covered or answer.state == NO_CLASS:
+            are_enough = is_near_floor or behind <= ClassConstants().second_cause
+        else:
+            are_enough = behind <= 0.0
+        if are_enough:
+            named = _by_laws(_silent(answer), laws, reduction, answer.ids)
+            ties = _open_ties(answer, named.ids, laws, predictive)
+            if not ties:
+                return replace(of_fits, answer=named)
+            text = f"{reason}; {_as_well(ties)}"
+            return Verdict(ALIASED, text, (), replace(named, ties=ties), reduction)
+    covered = covered or _with_small_causes(laws, answer, reduction)
+    # A class that only leads leaves part of the gap that its law does not hold either.
+    is_whole = answer.state != LEADING_CLASS or is_near_floor
+    follow = all(one.law_named for one in answer.classes) or behind <= ClassConstants().law_named
     shapes = None
-    if covered is not None and _follow(answer, reduction, limits):
+    if covered is not None and is_whole and follow:
         is_textbook = not set(laws) & set(measured)
         is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids and is_textbook
         shapes = by_shapes(answer) if is_open and not is_near_floor else None
         if not _leave_far_less(shapes, reduction):
-            named = _with_named_laws(answer, covered, laws)
-            return Verdict(verdict, reason, laws, named, reduction)
+            return replace(of_fits, answer=_with_named_laws(answer, covered, laws))
     if answer.state == NO_CLASS:
-        return _without_class(verdict, reason, laws, answer, reduction, limits)
+        return _without_class(of_fits, answer, is_near_floor=is_near_floor)
     shapes = shapes or by_shapes(answer)
     are_worse = isinstance(shapes, str) or _leave_far_less(reduction, shapes)
     if laws and is_near_floor and are_worse:
         # In force space a friction that stops the mass stands in a further class.
-        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+        return replace(of_fits, answer=_by_laws(answer, laws, reduction))
     least = ClassConstants().leading_share
     if isinstance(shapes, GapReduction) and shapes.phi < least:
         text = (
@@ -178,19 +189,6 @@ def _of_laws(
     return verdict, f"{explained}; what remains is {remaining}"
 
 
-def _are_enough(
-    laws: Effects, answer: ClassAnswer, reduction: GapReduction, limits: Thresholds
-) -> bool:
-    """Whether laws leave no more than noise, or no more than the classes do."""
-    # Laws have fewer parameters: in the classes of the answer they are believed unless these
-    # explain as much more as a second cause would. Laws of other classes may only come near.
-    behind = min(answer.share, 1.0) - reduction.phi
-    if answer.state != NO_CLASS and not _covered(laws, answer):
-        return bool(laws) and behind <= 0.0
-    is_near_floor = reduction.floor_multiple <= limits.near_floor
-    return bool(laws) and (is_near_floor or behind <= ClassConstants().second_cause)
-
-
 def _open_ties(
     answer: ClassAnswer, named: Sequence[str], laws: Effects, predictive: Effects
 ) -> tuple[tuple[str, ...], ...]:
@@ -213,15 +211,6 @@ def _open_ties(
 def _silent(answer: ClassAnswer) -> ClassAnswer:
     """Answer that names no class."""
     return replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
-
-
-def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) -> bool:
-    """Whether the laws explain what their class does, where that is all of a cause."""
-    # A class that only leads leaves part of the gap that its law does not hold either.
-    if answer.state == LEADING_CLASS and reduction.floor_multiple > limits.near_floor:
-        return False
-    is_equal = all(finding.law_named for finding in answer.classes)
-    return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
 
 
 def _leave_far_less(first: GapReduction | str | None, second: GapReduction | str | None) -> bool:
@@ -294,32 +283,20 @@ def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effect
     return replace(answer, classes=tuple(findings), ties=ties)
 
 
-def _without_class(
-    verdict: str,
-    reason: str,
-    laws: Effects,
-    answer: ClassAnswer,
-    reduction: GapReduction,
-    limits: Thresholds,
-) -> Verdict:
+def _without_class(of_fits: Verdict, answer: ClassAnswer, *, is_near_floor: bool) -> Verdict:
     """No class explains the gap in force space."""
     # Nothing is named, unless simulated laws explain what no class can learn there: while dry
     # friction sticks, the speed is zero and its force is no function of the motion.
+    laws, reduction = of_fits.effects, of_fits.reduction
     share, learnable = (min(max(one, 0.0), 1.0) for one in (answer.share, answer.learnable))
     is_open = share >= ClassConstants().leading_share
+    which = f"classes explain {share:.0%} of the gap, {_NOT_WHICH}"
     if not laws:
-        if is_open:
-            reason = f"classes explain {share:.0%} of the gap, {_NOT_WHICH}; {reason}"
-        return Verdict(verdict, reason, (), answer, reduction)
-    is_near_floor = reduction.floor_multiple <= limits.near_floor
+        return replace(of_fits, reason=f"{which}; {of_fits.reason}") if is_open else of_fits
     if is_near_floor or reduction.phi >= answer.learnable:
-        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
-    if is_open:
-        text = (
-            f"classes explain {share:.0%} of the gap, {_NOT_WHICH}; the best laws, "
-            f"{_listed(laws)}, explain {reduction.phi:.0%}"
-        )
-    else:
+        return replace(of_fits, answer=_by_laws(answer, laws, reduction))
+    text = f"{which}; the best laws, {_listed(laws)}, explain {reduction.phi:.0%}"
+    if not is_open:
         text = (
             f"the best class explains {share:.0%} of the gap in force space, so that "
             f"{_listed(laws)} is no cause of it; all classes together learn {learnable:.0%}"
@@ -338,41 +315,31 @@ def _by_laws(
             law_of_class.setdefault(name, law)
     if not law_of_class:
         return answer
-    share, (low, high) = min(reduction.phi, 1.0), reduction.phi_ci95
-    law_shares = _law_shares(law_of_class, answer, reduction)
-    findings = []
-    for name, law in law_of_class.items():
-        fraction = law_shares[name]
-        interval = (low * fraction, high * fraction)
-        findings.append(ClassFinding(name, share * fraction, interval, law, share * fraction, True))
+    # A law's part is the mean square that goes as it is added to those before it, largest first;
+    # laws of one class add up.
+    gone = dict.fromkeys(law_of_class, 0.0)
+    for before, after in pairwise(reduction.steps):
+        holders = answer.classes_of_law.get(after.added, ())
+        for name in [name for name in holders if name in gone][:1]:
+            gone[name] += max(before.rms**2 - after.rms**2, 0.0)
+    if not sum(gone.values()) > 0.0:
+        gone = dict.fromkeys(law_of_class, 1.0)
+    share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
+    findings = [
+        ClassFinding(name, share, interval, law_of_class[name], share, True).part(
+            square / sum(gone.values())
+        )
+        for name, square in gone.items()
+    ]
     return replace(
         answer,
         state=NAMED_CLASS,
         classes=tuple(findings),
         rivals={name: one for name, one in answer.rivals.items() if name not in law_of_class},
         share=share,
-        share_ci95=reduction.phi_ci95,
+        share_ci95=interval,
         law_share=share,
     )
-
-
-def _law_shares(
-    classes: Mapping[str, str], answer: ClassAnswer, reduction: GapReduction
-) -> dict[str, float]:
-    """Part of each class in what the laws explain together; all parts add up to one.
-
-    A law's part is the mean square that goes as it is added to those before it, largest first.
-    Laws of one class add up.
-    """
-    gone = dict.fromkeys(classes, 0.0)
-    for before, after in pairwise(reduction.steps):
-        holders = [name for name in answer.classes_of_law.get(after.added, ()) if name in classes]
-        for name in holders[:1]:
-            gone[name] += max(before.rms**2 - after.rms**2, 0.0)
-    total = sum(gone.values())
-    if total > 0.0:
-        return {name: square / total for name, square in gone.items()}
-    return {name: 1.0 / len(classes) for name in classes}
 
 
 def _of_class(
@@ -382,8 +349,16 @@ def _of_class(
     by_shapes: GapReduction | str | None,
 ) -> Verdict:
     """The class is the answer; its laws are the nearest ones."""
-    if isinstance(by_shapes, GapReduction):
-        answer, of_class = _with_share(answer, by_shapes), by_shapes
+    of_class = by_shapes if isinstance(by_shapes, GapReduction) else None
+    if of_class is not None:
+        share, interval = of_class.phi, of_class.phi_ci95
+        total = sum(finding.share for finding in answer.classes)
+        whole = [replace(one, share=share, share_ci95=interval) for one in answer.classes]
+        parts = tuple(
+            replace(all_of_it.part(one.share / total), law_share=one.law_share)
+            for all_of_it, one in zip(whole, answer.classes, strict=True)
+        )
+        answer = replace(answer, classes=parts, share=share, share_ci95=interval)
     else:
         of_class = _class_reduction(answer, reduction)
     if isinstance(by_shapes, str):
@@ -412,22 +387,9 @@ def _of_class(
     if answer.ties and answer.state == NAMED_CLASS:
         tied = {name for names in (answer.ids, *answer.ties) for name in names}
         effects = tuple(law for law in laws if tied <= set(answer.classes_of_law.get(law, ())))
-        others = ", ".join(_listed(names) for names in answer.ties)
-        text += f"; {others} predicts held-out records as well"
+        text += f"; {_as_well(answer.ties)}"
         return Verdict(ALIASED, text, effects, named, of_class)
     return Verdict(CLASS_NAMED, text, one_of_pair, named, of_class)
-
-
-def _with_share(answer: ClassAnswer, reduction: GapReduction) -> ClassAnswer:
-    """Answer whose shares are those of its measured shapes in the simulator."""
-    share, interval = reduction.phi, reduction.phi_ci95
-    total = sum(finding.share for finding in answer.classes)
-    findings = []
-    for finding in answer.classes:
-        fraction = finding.share / total
-        ends = (interval[0] * fraction, interval[1] * fraction)
-        findings.append(replace(finding, share=share * fraction, share_ci95=ends))
-    return replace(answer, classes=tuple(findings), share=share, share_ci95=interval)
 
 
 def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:
@@ -452,6 +414,10 @@ def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReducti
     return replace(
         shares, rms_after=after * before, rho=after, rho_ci95=(least, most), floor_multiple=multiple
     )
+
+
+def _as_well(ties: Sequence[Effects]) -> str:
+    return f"{', '.join(map(_listed, ties))} predicts held-out records as well"
 
 
 def _listed(names: Sequence[str]) -> str:

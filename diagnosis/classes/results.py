@@ -78,6 +78,16 @@ class ClassFinding:
     shape: MeasuredShape | None = None  # Measured curve; None where the class has none
     measured_law: Law | None = None  # The shape as a law without name; None where it has none
 
+    def part(self, fraction: float) -> "ClassFinding":
+        """The same with a fraction of its shares."""
+        low, high = self.share_ci95
+        return replace(
+            self,
+            share=fraction * self.share,
+            share_ci95=(fraction * low, fraction * high),
+            law_share=fraction * self.law_share,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ClassAnswer:

@@ -49,9 +49,9 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
     n_samples = problem.cell_counts.sum()
     rms = [float(np.sqrt(square.sum() / n_samples)) for square in (before, after)]
     baseline, fit = search.fit(()), search.fit(accepted)
-    cells_before = problem.gap_cells((), baseline.theta)
+    cells_before = problem.gap((), baseline.theta).cells
     # One map where nothing is accepted: of hundreds of runs it holds a million cells.
-    cells_after = problem.gap_cells(fit.effects, fit.theta) if accepted else cells_before
+    cells_after = problem.gap(fit.effects, fit.theta).cells if accepted else cells_before
     return GapReduction(
         rms_before=rms[0],
         rms_after=rms[1],

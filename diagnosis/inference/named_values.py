@@ -18,8 +18,8 @@ References
    heteroskedasticity", Econometrica 48 (1980) 817-838.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student_t
@@ -27,7 +27,6 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.known_physics import LOADS_AS_READ, errors_words
 from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
-    BoolArray,
     FloatArray,
     IntArray,
     Parameter,
@@ -149,68 +148,56 @@ def published_values(
 ) -> PublishedValues:
     """Parameters of a fit with everything that is known of their errors."""
     gains = problem.gains
-    words = gains.words if gains else LOADS_AS_READ
+    words = [gains.words if gains else LOADS_AS_READ]
     misreading = problem.misreading(fit.effects, fit.theta)
+    shift = problem.discrepancy_shift(fit.effects, fit.theta) if misreading is None else None
+    by_source = _scatter(fit, few_blocks=misreading is not None or gains is not None)
+    unknown = np.zeros(fit.theta.size, dtype=bool)
+    systematics = None
     if misreading is not None:
-        of_model = problem.model_moves(fit.effects, fit.theta)
+        words = [errors_words(misreading.errors), misreading.curves]
         of_errors = _misread_moves(fit, misreading.scores)
-        rows = np.array(misreading.sources)
-        moves = {name: of_errors[rows == name] for name in dict.fromkeys(misreading.sources)}
-        moves |= {"prior": _prior_moves(fit), "model": of_model}
-        by_source = _scatter(fit, few_blocks=True)
+        sources = np.array(misreading.sources)
+        moves = {name: of_errors[sources == name] for name in dict.fromkeys(misreading.sources)}
+        moves |= {"prior": _prior_moves(fit), "model": problem.model_moves(fit.effects, fit.theta)}
         by_source |= {name: rows.T @ rows for name, rows in moves.items()}
-        _leave_out(_undetermined_by_any(fit), by_source)
-        published = _published(fit, by_source, errors_words(misreading.errors), misreading.curves)
-        not_determined = tuple(
+        # What can be changed together so that no prediction changes.
+        unknown = fit.is_free & fit.moves_records
+        unknown[unknown] = is_undetermined(fit.matrix[np.ix_(unknown, unknown)])
+    elif shift is not None:
+        words.append(problem.delay_words(fit.theta))
+        systematics = _Systematics(
+            shift=shift, hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum())
+        )
+        # The sandwich is zero along a direction that the records do not determine.
+        moved, free = np.zeros(fit.theta.size), np.flatnonzero(fit.is_free)
+        if free.size:
+            moved[free] = systematics.hidden_square * _largest_move(fit, free)
+        by_source[UNKNOWN_FORM] = np.diag(shift**2 + moved / NORMAL_95**2)
+        half = NORMAL_95 * np.sqrt(sum(np.diag(one) for one in by_source.values()))
+        is_as_large = half**2 * np.diag(fit.sums.total_matrix()) >= problem.signal_square
+        unknown = fit.is_free & (half >= np.abs(fit.theta)) & is_as_large
+    for covariance in by_source.values():
+        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+    values = _named_values(fit, by_source)
+    undetermined: Iterable[str] = ()
+    if systematics is not None:
+        undetermined = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
+    elif misreading is not None:
+        undetermined = (
             f"{name} is not determined by these records"
-            for of_effect in published.parameters.values()
+            for of_effect in values.values()
             for name, value in of_effect.items()
             if np.isnan(value.std)
         )
-        return replace(published, undetermined=not_determined)
-    by_source = _scatter(fit, few_blocks=gains is not None)
-    shift = problem.discrepancy_shift(fit.effects, fit.theta)
-    if shift is None:
-        return _published(fit, by_source, words)
-    systematics = _Systematics(
-        shift=shift, hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum())
-    )
-    # The sandwich is zero along a direction that the records do not determine.
-    moved, free = np.zeros(fit.theta.size), np.flatnonzero(fit.is_free)
-    if free.size:
-        moved[free] = systematics.hidden_square * _largest_move(fit, free)
-    by_source[UNKNOWN_FORM] = np.diag(shift**2 + moved / NORMAL_95**2)
-    half = NORMAL_95 * np.sqrt(sum(np.diag(one) for one in by_source.values()))
-    is_as_large = half**2 * np.diag(fit.sums.total_matrix()) >= problem.signal_square
-    _leave_out(fit.is_free & (half >= np.abs(fit.theta)) & is_as_large, by_source)
-    published = _published(fit, by_source, words, problem.delay_words(fit.theta))
-    values = published.parameters
-    missing = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
-    return replace(published, undetermined=tuple(missing))
-
-
-def _leave_out(unknown: BoolArray, by_source: Mapping[str, FloatArray]) -> None:
-    """Make the errors of some parameters not a number, in place."""
-    for covariance in by_source.values():
-        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
-
-
-def _undetermined_by_any(fit: EffectFit) -> BoolArray:
-    """Which parameters can be changed together so that no prediction changes, shape (p,)."""
-    unknown = fit.is_free & fit.moves_records
-    unknown[unknown] = is_undetermined(fit.matrix[np.ix_(unknown, unknown)])
-    return unknown
+    total = np.asarray(sum(by_source.values()))
+    return PublishedValues(values, total, "; ".join(filter(None, words)), tuple(undetermined))
 
 
 def _scatter(fit: EffectFit, *, few_blocks: bool) -> dict[str, FloatArray]:
     """Covariance of the parameters by the scatter of the records."""
     factor = _small_sample_factor(fit) if few_blocks else 1.0
     return {NOISE: factor**2 * fit.covariance}
-
-
-def _published(fit: EffectFit, by_source: Mapping[str, FloatArray], *gains: str) -> PublishedValues:
-    values, covariance = _named_values(fit, by_source), sum(by_source.values())
-    return PublishedValues(values, np.asarray(covariance), "; ".join(filter(None, gains)), ())
 
 
 def _undetermined_words(

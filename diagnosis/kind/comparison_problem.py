@@ -127,14 +127,9 @@ class ComparisonProblem(ABC):
         """Sum of squared residuals of the chosen segments; infinite where the motion diverges."""
         return float(self.squares(effects, theta, chosen)[chosen].sum())
 
-    def gap(self, effects: Effects, theta: FloatArray) -> Gap | None:
-        """Gap of a model; None of a problem without a map."""
-        return None
-
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap map of a model, largest share first."""
-        gap = self.gap(effects, theta)
-        return () if gap is None else gap.cells
+    @abstractmethod
+    def gap(self, effects: Effects, theta: FloatArray) -> Gap:
+        """Gap of a model."""
 
     @abstractmethod
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
@@ -225,16 +220,6 @@ class ComparisonProblem(ABC):
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Signals of every channel and run, measured and simulated."""
         return ()
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings | None:
-        """Where the gap of a model lies, in time, what does not repeat, growth."""
-        gap = self.gap(effects, theta)
-        return None if gap is None else gap.findings()
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Quantities of interest of a model."""
-        gap = self.gap(effects, theta)
-        return () if gap is None else gap.scalars()
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading | None:
         """What the declared errors of channels and inputs do to a fit."""

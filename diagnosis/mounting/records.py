@@ -20,6 +20,11 @@ from scipy.optimize import brentq
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.sample_statistics import (
+    GAIN,
+    ORDER,
+    difference_square,
+)
 from carrierflex.simulation.mounting.inputs import MountingInputs
 
 #: Sampling frequency that is enough [Hz], and the share of the loads' power above a quarter of it
@@ -34,11 +39,6 @@ _FEWEST_IN_BLOCK = 40
 #: it.
 _ZEROED = 1e-3
 _LOADS = ("torque", "ntl_y", "ntl_z")
-#: Order of the differences, and their mean square over the variance of white noise.
-_ORDER = 5
-_GAIN = float(comb(2 * _ORDER, _ORDER))
-#: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
-_MEDIAN_CHI2 = 0.4549
 #: Longest memory from sample to sample that is told from motion.
 _LONGEST = 0.8
 #: Share of the differences at a distance of two samples from which motion, which is only known from
@@ -204,7 +204,7 @@ def _means(values: FloatArray, q: int) -> FloatArray:
 
 def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:
     """Noise of records of slow motion that one measuring chain took."""
-    squares = [[_difference_square(signal, lag) for lag in range(1, 5)] for signal in signals]
+    squares = [[difference_square(signal, lag) for lag in range(1, 5)] for signal in signals]
     if any(np.isnan(of_signal[0]) for of_signal in squares):
         raise ValueError(
             "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"
@@ -226,31 +226,18 @@ def _memory_and_motion(squares: Sequence[float]) -> tuple[float, float]:
         variance = first / _visible_share(memory)
         at_third = max(third - variance * _visible_share(memory**3), 0.0)
         at_fourth = max(fourth - variance * _visible_share(memory**4), 0.0)
-        growth = 2.0 * _ORDER
+        growth = 2.0 * ORDER
         if at_third < at_fourth and at_third > 0.0:
             growth = min(growth, np.log(at_fourth / at_third) / np.log(4.0 / 3.0))
         motion = min(at_third * (2.0 / 3.0) ** growth, second)
     return memory, motion / second
 
 
-def _difference_square(values: FloatArray, lag: int) -> float:
-    """Square of the fifth differences of every lag-th sample over that of white noise [m²]."""
-    n = values.size - _ORDER * lag
-    if n < 1:
-        return np.nan
-    weights = [(-1) ** k * comb(_ORDER, k) for k in range(_ORDER + 1)]
-    differences = sum(w * values[k * lag : k * lag + n] for k, w in enumerate(weights))
-    present = differences[np.isfinite(differences)]
-    if present.size == 0:
-        return np.nan
-    return float(np.median(present**2) / _MEDIAN_CHI2 / _GAIN)
-
-
 def _visible_share(memory: float) -> float:
     """Share of the variance of noise with a memory that the fifth differences see."""
-    apart = range(1, _ORDER + 1)
-    products = [(-1) ** m * comb(2 * _ORDER, _ORDER + m) * memory**m for m in apart]
-    return 1.0 + 2.0 * sum(products) / _GAIN
+    apart = range(1, ORDER + 1)
+    products = [(-1) ** m * comb(2 * ORDER, ORDER + m) * memory**m for m in apart]
+    return 1.0 + 2.0 * sum(products) / GAIN
 
 
 def _memory(ratio: float) -> float:

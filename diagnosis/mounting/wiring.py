@@ -19,7 +19,14 @@ from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.load_faults import with_scaled_inputs
-from carrierflex.diagnosis.wiring.refits import LOADS, RADIAL_LOADS, Fault, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    LOADS,
+    RADIAL_LOADS,
+    REPORTED,
+    SMALLEST_GAIN,
+    Fault,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
@@ -28,12 +35,8 @@ MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 
 #: Factor of the answer to a load below which its sign is wrong.
 _TURNED = -0.2
-#: Square that an exchange of sensors must leave of what the stated order leaves.
-_EXCHANGED = 0.5
 #: Step of a length over it, the range in which it is sought, and the refits at most.
 _LENGTH_STEP, _LENGTHS, _LENGTH_REFITS = 0.1, (0.6, 1.7), 12
-#: Relative error of a load that a campaign's own instruments may have: below, nothing is tried.
-_SMALLEST_GAIN = 0.02
 
 
 def mounting_rivals(problem: MountingInTime, campaign: Campaign) -> tuple[WiringRival, ...]:
@@ -103,7 +106,7 @@ def _bearing_rival(problem: MountingInTime, campaign: Campaign) -> Iterator[Wiri
     squares = [square(stated * (1.0 + step)) for step in (-_LENGTH_STEP, 0.0, _LENGTH_STEP)]
     parabola = np.polyfit((-1.0, 0.0, 1.0), squares, 2)
     vertex = float(np.clip(-0.5 * parabola[1] / parabola[0], -1.0, 1.0))
-    if min(np.polyval(parabola, vertex), *squares) > _EXCHANGED * squares[1]:
+    if min(np.polyval(parabola, vertex), *squares) > (1.0 - REPORTED) * squares[1]:
         return
     best = minimize_scalar(
         square,
@@ -131,7 +134,7 @@ def _gain_rivals(
         if factors[load] == 1.0 or not others.size or min(factors[load], *others) <= 0.0:
             continue
         gain = float(factors[load] / np.mean(others))
-        if abs(gain - 1.0) < _SMALLEST_GAIN:
+        if abs(gain - 1.0) < SMALLEST_GAIN:
             continue
         square = _refitted(problem, partial(_with_loads, names=[name], factor=gain))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
@@ -207,7 +210,7 @@ def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:
     best = float(square[np.arange(len(order)), order].sum())
     same = float(np.trace(square))
     moved = order != np.arange(len(order))
-    return order.tolist() if moved.any() and best < _EXCHANGED * same else None
+    return order.tolist() if moved.any() and best < (1.0 - REPORTED) * same else None
 
 
 def _with_loads(

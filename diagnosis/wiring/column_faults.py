@@ -18,6 +18,7 @@ from scipy.signal import lfilter
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
+    along,
     baseline_sums,
     load_answers,
 )
@@ -31,8 +32,6 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of, s
 
 #: A filter or a delay along the first axis: ``(size, time, values) -> values``.
 _Filter = Callable[[float, FloatArray, FloatArray], FloatArray]
-#: Share of the gap that must go in the linear screen: about a fit that the fault has led astray.
-SCREENED = 0.5
 #: What a fault leaves over what the best leaves, up to which the simpler one is taken.
 SIMPLER = 1.2
 #: Times [s] of a filter, or a delay, of all channels over the step, as powers of two; samples of a
@@ -93,7 +92,7 @@ def filtered_signals(
     times = mean_step(runs[0].time) * 2.0**_SHARED_FILTERS
     of_mean, n = min((residual_of(_mean, size), size) for size in _MEANS)
     of_filter, time = min((residual_of(low_pass, size), size) for size in times)
-    if min(of_mean, of_filter) > gap.remaining(SCREENED):
+    if min(of_mean, of_filter) > gap.half:
         return
     (time, of_filter), of_mean = fitted(low_pass, time), refitted(filtered(_mean, n))
     square = min(of_filter, of_mean)
@@ -131,7 +130,7 @@ def drifting_zeros(
         return
     runs = {run.name: run for run in campaign.runs}
     sums = baseline_sums(_with_lines(record, runs[record.run]) for record in records)
-    if sums.mean_square > gap.remaining(SCREENED):
+    if sums.mean_square > gap.half:
         return
     n_channels = len(campaign.channels)
     ramps = range(n_channels, 2 * n_channels)
@@ -140,7 +139,7 @@ def drifting_zeros(
     lines = sums.steps[:, : 2 * n_channels].reshape(-1, 2, n_channels)
 
     def level(run: Run, of_run: FloatArray) -> Run:
-        drifts = of_run[0] + np.multiply.outer(_along(run, run.time), of_run[1])
+        drifts = of_run[0] + np.multiply.outer(along(run.time, run.time), of_run[1])
         pairs = zip(campaign.channels, drifts.T, strict=True)
         return replace(run, signals={one.name: run.signals[one.name] - d for one, d in pairs})
 
@@ -207,7 +206,7 @@ def drifting_gain(
         return
     runs = {run.name: run for run in campaign.runs}
     sums = baseline_sums(_with_growing(record, runs[record.run], names) for record in records)
-    if sums.mean_square > gap.remaining(SCREENED):
+    if sums.mean_square > gap.half:
         return
     # Columns of all runs follow those of each run: one of the only load, two of each of several.
     first, n_columns = sums.n_of_run, 1 if len(names) == 1 else 2
@@ -216,7 +215,7 @@ def drifting_gain(
     of_load = [sums.without_columns(numbers) for numbers in others]
     number = int(np.argmin([one.mean_square for one in of_load]))
     name, best = names[number], of_load[number]
-    if best.mean_square > gap.remaining(SCREENED):
+    if best.mean_square > gap.half:
         return
     if best.without_columns([first]).mean_square <= gap.enough:
         return
@@ -228,7 +227,7 @@ def drifting_gain(
 
     def level(run: Run) -> FloatArray:
         """Load of a run with its gain."""
-        return run.inputs[name] * (middle + growth * _along(run, run.time))
+        return run.inputs[name] * (middle + growth * along(run.time, run.time))
 
     corrected = with_inputs(campaign, "", {name: level})
     square = refitted(corrected)
@@ -264,7 +263,7 @@ def late_load(
         ]
         # What any lag makes of the answer lies nearly among the answers some times ago.
         any_lag = baseline_sums(map(partial(_with_answers, times), linear, answers))
-        if any_lag.mean_square > gap.remaining(SCREENED):
+        if any_lag.mean_square > gap.half:
             continue
 
         def residual(lag: FloatArray, answers: Sequence[CubicSpline] = answers) -> float:
@@ -312,7 +311,7 @@ def saturating_channel(
         return
     name = campaign.channels[0].name
     sums = baseline_sums(_with_columns(record, record.predicted**3) for record in records)
-    if sums.mean_square > gap.remaining(SCREENED):
+    if sums.mean_square > gap.half:
         return
     cubic = float(sums.steps[0, sums.n_of_run])
     if cubic >= 0.0:
@@ -378,26 +377,21 @@ def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> Linea
 
     Where there are several, the answer itself follows each.
     """
-    along = _along(run, record.time)[:, None]
+    growing = along(record.time, run.time)[:, None]
     columns = []
     for name in names:
         answer = _answer_to(record, run, name)
-        columns += [answer * along, *([answer] if len(names) > 1 else [])]
+        columns += [answer * growing, *([answer] if len(names) > 1 else [])]
     return _with_columns(record, np.array(columns))
 
 
 def _with_lines(record: LinearRecord, run: Run) -> LinearRecord:
     """Record whose first columns are an offset in each channel, then a ramp over time in each."""
-    ramp = _along(run, record.time)[None, :, None]
+    ramp = along(record.time, run.time)[None, :, None]
     channels = np.eye(record.residual.shape[1])[:, None, :]
     lines = np.concatenate([channels * np.ones_like(ramp), channels * ramp])
     columns = np.concatenate([lines, record.columns])
     return replace(record, columns=columns, n_of_run=record.n_of_run + len(lines))
-
-
-def _along(run: Run, time: FloatArray) -> FloatArray:
-    """Time over the length of a run, from -0.5 to 0.5."""
-    return np.asarray((time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5)
 
 
 def _has_steady_loads(campaign: Campaign) -> bool:

@@ -13,7 +13,7 @@ of ``g`` is that of least squares times the correlation of the residual from sam
   Channels count by their residual's RMS: a noisy one determines less.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.estimation.scaled_least_squares import (
-    column_lengths,
     normal_inverse,
     normal_solution,
 )
@@ -33,9 +32,8 @@ _LEAST_REMAINING = 1e-6
 _LAGS = 20
 #: Drift over its standard deviation that is told, one run of many.
 _DRIFT = 5.0
-#: The same of a delay: sensors that stand half a degree from where they are declared leave four.
-_DELAY = 8.0
-#: Gain error over its standard deviation from which it is told.
+#: The same of a delay and of a gain: sensors that stand half a degree from where they are declared
+#: leave four.
 _SURE = 8.0
 #: Standard deviations within which another channel is as likely to be the one.
 _AS_SURE = 1.0
@@ -98,6 +96,11 @@ class ChannelGain:
         return abs(self.gain) / max(self.std, float(np.finfo(float).tiny))
 
 
+def along(time: FloatArray, run: FloatArray) -> FloatArray:
+    """Times over the length of a run, of some times, from -0.5 to 0.5."""
+    return np.asarray((time - run[0]) / (run[-1] - run[0]) - 0.5)
+
+
 def load_answers(record: LinearRecord, run: Run) -> Sequence[LoadAnswer]:
     """Answers to every load of a run; what is predicted is the answer to the only one."""
     if len(run.inputs) != 1:
@@ -147,38 +150,21 @@ def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
     )
 
 
-def _unit_columns(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Products of columns of unit length, shape (n, n), and the lengths, shape (n,)."""
-    # Columns of very different units: the pseudo-inverse judges them by their own size.
-    scale = column_lengths(sums)
-    return sums / np.outer(scale, scale), scale
-
-
-def _inverse_of_unit_columns(scaled: FloatArray) -> FloatArray:
-    """Inverse of products of unit columns, shape (n, n), without the directions of rounding."""
-    return np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
-
-
 def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     """Factor of the last column before the residual in a least-squares fit, and its deviation."""
-    scaled, scale = _unit_columns(sums)
-    others = slice(0, -2)
-    absorbed = _inverse_of_unit_columns(scaled[others, others]) @ scaled[others, -2]
-    remaining = 1.0 - float(scaled[-2, others] @ absorbed)
-    if remaining < _LEAST_REMAINING:
+    remaining = shared_products(sums, len(sums) - 2)
+    if remaining[0, 0] <= _LEAST_REMAINING * sums[-2, -2]:
         return 0.0, np.inf
-    along = float(scaled[-2, -1] - absorbed @ scaled[others, -1])
-    factor = along / remaining * float(scale[-1] / scale[-2])
-    return factor, float(np.sqrt(variance / remaining) / scale[-2])
+    return float(remaining[0, 1] / remaining[0, 0]), float(np.sqrt(variance / remaining[0, 0]))
 
 
-def _residual_variance(square: float, residuals: Sequence[tuple[float, int]]) -> float:
+def _residual_variance(total: FloatArray, sums: "BaselineSums", factors: Sequence[float]) -> float:
     """Variance of the residual of all runs, the correlation of its samples included."""
-    factors, counts = zip(*residuals, strict=True)
-    return float(np.average(factors, weights=counts) * square / sum(counts))
+    counts = sums.counts.sum(axis=1)
+    return float(np.average(factors, weights=counts) * total[-1, -1] / counts.sum())
 
 
-def _correlation(residual: FloatArray) -> float:
+def correlation(residual: FloatArray) -> float:
     """Factor by which correlated samples raise a variance, mean over the channels; one at least."""
     values = np.where(np.isfinite(residual), residual, 0.0)
     values = values - values.mean(axis=0)
@@ -195,85 +181,61 @@ def _correlation(residual: FloatArray) -> float:
 
 def _lateness(records: Iterable[LinearRecord]) -> tuple[list[Lateness], list[Lateness]]:
     """Drifts of runs that are beyond doubt, and the delay of all runs where it is."""
-    # Products of the baseline's columns, delay, drift and residual, by run.
-    products, residuals = {}, []
-    for record in records:
-        slope = record.slope
-        known = np.isfinite(record.residual) & np.isfinite(slope)
-        middle = 0.5 * (record.time[0] + record.time[-1])
-        along = (record.time - middle) / (record.time[-1] - record.time[0])
-        late = -slope[known]
-        drifting = (-slope * along[:, None])[known]
-        rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
-        products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
-        residuals.append((_correlation(record.residual), int(known.sum())))
-    if not products:
-        return [], []
-    total = np.sum(list(products.values()), axis=0)
-    variance, n = _residual_variance(float(total[-1, -1]), residuals), len(total) - 3
+    factors: dict[str, float] = {}
 
-    def sure(run: str, sums: FloatArray, least: float) -> list[Lateness]:
+    def with_lateness() -> Iterator[LinearRecord]:
+        """Runs with a delay and a drift behind the columns of the baseline."""
+        for record in records:
+            factors[record.run] = correlation(record.residual)
+            late = -record.slope
+            drifting = late * along(record.time, record.time)[:, None]
+            yield replace(record, columns=np.array([*record.columns, late, drifting]))
+
+    sums = baseline_sums(with_lateness())
+    if not factors:
+        return [], []
+    total = np.asarray(sums.of_runs.sum(axis=0))
+    variance, n = _residual_variance(total, sums, list(factors.values())), len(total) - 3
+
+    def sure(run: str, products: FloatArray, least: float) -> list[Lateness]:
         """Lateness by so many standard deviations; its own slope is no scatter about it."""
-        explained = _explained(sums, n) / float(total[-1, -1])
-        seconds, std = _last_factor(sums, variance * max(1.0 - explained, 0.0))
+        left = [float(shared_products(products, k)[-1, -1]) for k in (n, len(products) - 1)]
+        explained = (left[0] - left[1]) / float(total[-1, -1])
+        seconds, std = _last_factor(products, variance * max(1.0 - explained, 0.0))
         return [Lateness(run, seconds, std, explained)] if abs(seconds) > least * std else []
 
     drifts = []
-    for name, sums in products.items():
+    for name, products in zip(factors, sums.of_runs, strict=True):
         # The baseline is common to all runs, delay and drift are this run's.
-        sums[:n, :n] = total[:n, :n]
-        sums[:n, -1] = sums[-1, :n] = total[:n, -1]
-        drifts += sure(name, sums, _DRIFT)
-    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _DELAY)
-
-
-def _explained(sums: FloatArray, n_baseline: int) -> float:
-    """Square of the residual that the columns after the baseline's explain beside these."""
-    scaled, scale = _unit_columns(sums)
-    squares = [
-        float(scaled[-1, :n] @ _inverse_of_unit_columns(scaled[:n, :n]) @ scaled[-1, :n])
-        for n in (n_baseline, len(sums) - 1)
-    ]
-    return float((squares[1] - squares[0]) * scale[-1] ** 2)
+        products[:n, :n] = total[:n, :n]
+        products[:n, -1] = products[-1, :n] = total[:n, -1]
+        drifts += sure(name, products, _DRIFT)
+    return drifts, sure("", np.delete(np.delete(total, -2, 0), -2, 1), _SURE)
 
 
 def _channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
     """Gain error of every channel, each fitted alone beside the baseline."""
-    total: FloatArray | None = None
-    residuals = []
-    for record in records:
-        scale = _residual_rms(record)
-        products = _products(record, scale)
-        total = products if total is None else total + products
-        known = int(np.isfinite(record.residual).sum())
-        residuals.append((_correlation(record.residual / scale), known))
-        n_channels = record.residual.shape[1]
-    if total is None or n_channels < 2:
+    factors, scales = [], []
+
+    def with_predicted() -> Iterator[LinearRecord]:
+        """Runs with the prediction behind the columns of the baseline."""
+        for record in records:
+            scales.append(_residual_rms(record))
+            factors.append(correlation(record.residual / scales[-1]))
+            yield replace(record, columns=np.array([*record.columns, record.predicted]))
+
+    sums = baseline_sums(with_predicted())
+    if not scales or len(scales[0]) < 2:
         return ()
-    variance = _residual_variance(float(total[-1, -1]), residuals)
-    n_shared = len(total) - n_channels - 1
     gains = []
-    for k in range(n_channels):
-        rows = [*range(n_shared), n_shared + k, len(total) - 1]
-        gains.append(ChannelGain(k, *_last_factor(total[np.ix_(rows, rows)], variance)))
+    for k in range(len(scales[0])):
+        grams = sums.grams / np.square(scales)[:, :, None, None]
+        others = np.arange(len(scales[0])) != k
+        grams[:, others, -2] = grams[:, others, :, -2] = 0.0
+        total = np.asarray(replace(sums, grams=grams).of_runs.sum(axis=0))
+        variance = _residual_variance(total, sums, factors)
+        gains.append(ChannelGain(k, *_last_factor(total, variance)))
     return tuple(gains)
-
-
-def _products(record: LinearRecord, scale: FloatArray) -> FloatArray:
-    """Products of the p shared columns, the prediction of each channel and the residual."""
-    known = np.isfinite(record.residual) & np.isfinite(record.predicted)
-    n_columns, n_channels = len(record.columns), known.shape[1]
-    gram = np.zeros((n_columns + n_channels + 1,) * 2)
-    of_baseline = np.array([*range(n_columns), n_columns + n_channels])
-    for k in range(n_channels):
-        samples = known[:, k]
-        predicted = record.predicted[samples, k] / scale[k]
-        rows = np.array([*record.columns[:, samples, k], record.residual[samples, k]]) / scale[k]
-        row = n_columns + k
-        gram[np.ix_(of_baseline, of_baseline)] += rows @ rows.T
-        gram[row, of_baseline] = gram[of_baseline, row] = rows @ predicted
-        gram[row, row] = predicted @ predicted
-    return shared_products(gram, record.n_of_run)
 
 
 def _residual_rms(record: LinearRecord) -> FloatArray:
@@ -313,10 +275,9 @@ class BaselineSums:
         """Mean square that the baseline leaves once it is fitted to these; infinite without any."""
         if not len(self.grams):
             return np.inf
-        total = self._shared
-        right = total[:-1, -1]
-        explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
-        return max(float(total[-1, -1]) - explained, 0.0) / max(float(self.counts.sum()), 1.0)
+        total = self.of_runs.sum(axis=0)
+        ((remaining,),) = shared_products(total, len(total) - 1)
+        return max(float(remaining), 0.0) / max(float(self.counts.sum()), 1.0)
 
     @property
     def of_each_run(self) -> float:
@@ -331,7 +292,7 @@ class BaselineSums:
     def steps(self) -> FloatArray:
         """Steps of the parameters of every run, then of all, shape (n_runs, q + p)."""
         q = self.n_of_run
-        total = self._shared
+        total = self.of_runs.sum(axis=0)
         shared = normal_solution(total[:-1, :-1], total[:-1, -1])
         steps = []
         for gram in self.grams.sum(axis=1):
@@ -340,17 +301,16 @@ class BaselineSums:
         return np.array(steps)
 
     @property
-    def _shared(self) -> FloatArray:
-        """Products once every run's own parameters are fitted out."""
-        of_runs = [shared_products(gram, self.n_of_run) for gram in self.grams.sum(axis=1)]
-        return np.asarray(np.sum(of_runs, axis=0))
+    def of_runs(self) -> FloatArray:
+        """Products once every run's own parameters are fitted out, (n_runs, p + 1, p + 1)."""
+        return np.array([shared_products(gram, self.n_of_run) for gram in self.grams.sum(axis=1)])
 
 
 def baseline_sums(records: Iterable[LinearRecord]) -> BaselineSums:
     """Products of all runs."""
     grams, counts, n_of_run, n_channels = [], [], 0, 0
     for record in records:
-        known = np.isfinite(record.residual) & np.isfinite(record.predicted)
+        known = np.isfinite(record.residual) & np.isfinite(record.columns).all(axis=0)
         of_run = []
         for k in range(record.residual.shape[1]):
             design = np.concatenate([record.columns[:, :, k], record.residual[None, :, k]])

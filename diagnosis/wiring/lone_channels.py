@@ -22,7 +22,7 @@ from itertools import islice
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from carrierflex.diagnosis.wiring.column_faults import SCREENED, SIMPLER, low_pass
+from carrierflex.diagnosis.wiring.column_faults import SIMPLER, low_pass
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, baseline_sums
 from carrierflex.diagnosis.wiring.load_faults import ANGLE, load_faults
 from carrierflex.diagnosis.wiring.refits import LOADS, NEARLY_ALL, Fault, GapSquare, WiringRival
@@ -81,12 +81,11 @@ def lone_rivals(
     beside the fitted baseline one after the other: never all in memory.
     """
     sums = baseline_sums(linear())
-    screened = gap.remaining(SCREENED)
     n_runs, n_channels = sums.counts.shape
     if n_channels >= _FEWEST:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
-        if squares[channel] <= screened:
+        if squares[channel] <= gap.half:
             corrected = _without_channel(campaign, channel)
             square = refitted(corrected)
             if square <= gap.half:
@@ -101,14 +100,14 @@ def lone_rivals(
     if n_runs >= _FEWEST:
         squares = [sums.without(run=k).mean_square for k in range(n_runs)]
         number = int(np.argmin(squares))
-        if squares[number] <= screened:
+        if squares[number] <= gap.half:
             record = next(islice(linear(), number, None))
             others = tuple(run for run in campaign.runs if run.name != record.run)
             square = refitted(replace(campaign, runs=others))
             if square <= gap.enough:
                 steps = sums.without(run=number).steps[number]
                 yield _run_rival(record, steps, campaign, refitted, square, gap)
-    if n_runs > 1 and _loads_vary(campaign) and sums.of_each_run <= screened:
+    if n_runs > 1 and _loads_vary(campaign) and sums.of_each_run <= gap.half:
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
         square = float(np.average(squares, weights=sums.counts.sum(axis=1)))
         # Values by run take more of any gap than one fault does.

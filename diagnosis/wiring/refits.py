@@ -1,9 +1,9 @@
 """The baseline refitted with the signals put right: clocks that drift, runs exchanged.
 
-In every block of a record the signal is moved along the prediction of the run until it fits best;
-the delays of the blocks give the drift of the clock. Records filed under the wrong name fit the
-inputs of another run, though not always better than those that the baseline was fitted to: runs
-that fit each other's inputs up to half as well are exchanged, and the refit decides.
+A delay that grows over a run is the one with which its prediction fits best. Records filed under
+the wrong name fit the inputs of another run, though not always better than those that the baseline
+was fitted to: runs that fit each other's inputs up to half as well are exchanged, and the refit
+decides.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,17 +11,21 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
-from scipy.signal import fftconvolve
+from scipy.optimize import least_squares, linear_sum_assignment, minimize_scalar
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import (
+    FloatArray,
+    LinearRecord,
+    along,
+    correlation,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.sensing import at_other_times
 
@@ -109,8 +113,13 @@ RADIAL_LOADS = ("ntl_y", "ntl_z")
 LOADS = ("torque", *RADIAL_LOADS)
 #: Share of the gap that a fault must explain whose size is fitted, or that leaves records out.
 NEARLY_ALL = 0.9
+#: Share of the gap that a fault must explain to be reported, and in a linear screen, about a fit
+#: that the fault has led astray.
+REPORTED = 0.5
 #: Share of the gap by which one that explains less is still as good.
 AS_GOOD = 0.03
+#: Gain error from which it is looked for: a calibrated sensor or load cell is not 2 % off.
+SMALLEST_GAIN = 0.02
 
 
 @dataclass(frozen=True)
@@ -130,7 +139,7 @@ class GapSquare:
     @property
     def half(self) -> float:
         """Mean square that is left where half of the gap is explained."""
-        return self.remaining(0.5)
+        return self.remaining(REPORTED)
 
     def remaining(self, share: float) -> float:
         """Mean square that is left where a share of the gap above the floor is explained."""
@@ -209,10 +218,7 @@ class WiringChecks:
     unchecked: str = ""  # Why a model's baseline has no `predictions`; empty where it has
 
 
-#: Blocks of a record, the share of a block that its delay may have, and the drift over its error
-#: that is one.
-_BLOCKS = 8
-_LARGEST = 0.25
+#: Drift over its error that is one.
 _SURE = 3.0
 #: Drift over a record, or delay, in steps of time below which nothing is told.
 SMALLEST_DRIFT = 0.05
@@ -241,11 +247,8 @@ def drifting_clocks(
     drifts = []
     for record in records:
         drift, sureness = _drift(record)
-        least = SMALLEST_DRIFT * mean_step(record.time)
-        if sureness > _SURE and abs(drift.growth) > least:
-            refined = _refined(record, drift)
-            if abs(refined.growth) > least:
-                drifts.append((sureness, refined))
+        if sureness > _SURE and abs(drift.growth) > SMALLEST_DRIFT * mean_step(record.time):
+            drifts.append((sureness, drift))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
         mean_square = _refitted_inside(put_back(campaign, [drift]), refitted)
@@ -343,8 +346,7 @@ def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
         drift = drift_of.get(run.name) or drift_of.get("")
         if drift is None:
             return run
-        along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
-        at = run.time + drift.delay + drift.growth * along
+        at = run.time + drift.delay + drift.growth * along(run.time, run.time)
         signals = {name: at_other_times(run.time, one, at) for name, one in run.signals.items()}
         return replace(run, signals=signals)
 
@@ -352,109 +354,23 @@ def put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
 
 
 def _drift(record: PredictedRecord) -> tuple[ClockDrift, float]:
-    """Straight line through the delays of the blocks, and its slope over the error of that."""
-    n = record.time.size
-    length = float(record.time[-1] - record.time[0])
-    blocks = []
-    for rows in np.array_split(np.arange(n), _BLOCKS):
-        lag, curvature = _delay(record, rows)
-        if curvature > 0.0:
-            blocks.append((lag * length / (n - 1), curvature, float(rows.mean()) / (n - 1) - 0.5))
-    if len(blocks) < _BLOCKS // 2:
-        return ClockDrift(record.run, 0.0, 0.0), 0.0
-    tau, weight, along = np.array(blocks).T
-    middle = float(np.average(along, weights=weight))
-    spread = float(np.sum(weight * (along - middle) ** 2))
-    mean = float(np.average(tau, weights=weight))
-    growth = float(np.sum(weight * (along - middle) * tau)) / spread
-    scatter = tau - mean - growth * (along - middle)
-    variance = float(np.sum(weight * scatter**2)) / (len(blocks) - 2)
-    error = float(np.sqrt(variance / spread))
-    sureness = abs(growth) / max(error, float(np.finfo(float).tiny))
-    return ClockDrift(record.run, mean - growth * middle, growth), sureness
+    """Delay and growth at which a run lies best on its prediction; the growth over its error."""
+    step = mean_step(record.time)
+    growing = along(record.time, record.time)
 
-
-def _refined(record: PredictedRecord, drift: ClockDrift) -> ClockDrift:
-    """Delay and growth at which the whole run lies best on the prediction."""
-    along = (record.time - record.time[0]) / (record.time[-1] - record.time[0]) - 0.5
-    scale = np.array([drift.growth, drift.growth])
-
-    def missed(factors: FloatArray) -> float:
-        """Square that is left with a delay and a growth, over that of the drift."""
-        delay, growth = factors * scale
-        at = np.clip(record.time - delay - growth * along, record.time[0], record.time[-1])
+    def remaining(steps: FloatArray) -> FloatArray:
+        """What a prediction that is later misses, offsets of the channels left out."""
+        at = record.time - step * (steps[0] + steps[1] * growing)
         predicted = [np.interp(at, record.time, column) for column in record.predicted.T]
-        return _missed(record.measured, np.array(predicted).T)
+        residual = record.measured - np.array(predicted).T
+        return np.nan_to_num(residual - np.nanmean(residual, axis=0))
 
-    start = np.array([drift.delay, drift.growth]) / scale
-    best = minimize(missed, start, method="Nelder-Mead", options={"xatol": 1e-3, "maxiter": 100})
-    delay, growth = best.x * scale
-    return replace(drift, delay=float(delay), growth=float(growth))
-
-
-def _delay(record: PredictedRecord, rows: NDArray[np.int64]) -> tuple[float, float]:
-    """Lag [samples] at which a block lies best on the prediction, and its curvature there."""
-    largest = max(int(_LARGEST * rows.size), 1)
-    lags = np.arange(-largest, largest + 1)
-    first = int(rows[0])
-    last = int(rows[-1])
-    n = record.time.size
-    inside = rows[(rows - largest >= 0) & (rows + largest < n)]
-    measured = record.measured[inside]
-    if first == last or not inside.size:
-        return 0.0, 0.0
-    predicted = record.predicted[inside[0] - largest : inside[-1] + largest + 1]
-
-    def missed(lag: int) -> float:
-        """Square that the prediction, moved by a lag, misses."""
-        return _missed(measured, record.predicted[inside - lag])
-
-    best = int(lags[np.argmin(_missed_by_lag(measured, predicted))])
-    # The transforms round at the size of the whole signal: the last lags are compared as they are.
-    while abs(best) < largest:
-        before, here, after = (missed(best + side) for side in (-1, 0, 1))
-        if here <= min(before, after):
-            break
-        best += -1 if before < after else 1
-    else:
-        return 0.0, 0.0
-    curvature = float(before - 2.0 * here + after)
-    if curvature <= 0.0:
-        return 0.0, 0.0
-    return best + 0.5 * float(before - after) / curvature, curvature
-
-
-def _missed_by_lag(measured: FloatArray, predicted: FloatArray) -> FloatArray:
-    """Squares that a prediction, longer by the largest lag at both ends, misses at every lag."""
-    # Offsets of the channels are left out. Shape (n_lags,), the most negative lag first; sums over
-    # the samples are correlations, so that all lags together cost n log n.
-
-    def summed(of_measured: FloatArray, of_predicted: FloatArray) -> FloatArray:
-        """Sum of the products at every lag, shape (n_lags, n_channels)."""
-        sums = fftconvolve(of_predicted, of_measured[::-1], mode="valid", axes=0)
-        return np.asarray(sums[::-1])
-
-    w, m = _centred(measured)
-    v, p = _centred(predicted)
-    square = summed(m**2, v) - 2.0 * summed(m, p) + summed(w, p**2)
-    offset = summed(m, v) - summed(w, p)
-    return np.asarray((square - offset**2 / np.maximum(summed(w, v), 1.0)).sum(axis=1))
-
-
-def _centred(signals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Ones where signals are known, and the signals there about their mean; zeros elsewhere."""
-    known = np.isfinite(signals)
-    mean = np.where(known, signals, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    return known.astype(np.float64), np.where(known, signals - mean, 0.0)
-
-
-def _missed(measured: FloatArray, predicted: FloatArray) -> float:
-    """Square of what a prediction misses, offsets of the channels left out."""
-    residual = measured - predicted
-    known = np.isfinite(residual)
-    residual = np.where(known, residual, 0.0)
-    mean = residual.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
+    best = least_squares(lambda steps: remaining(steps).ravel(), np.zeros(2))
+    square = 2.0 * best.cost * correlation(remaining(best.x)) / np.isfinite(record.measured).sum()
+    error = np.sqrt(square * np.maximum(normal_inverse(best.jac.T @ best.jac)[1, 1], 0.0))
+    delay, growth = (step * best.x).tolist()
+    sureness = abs(best.x[1]) / max(float(error), float(np.finfo(float).tiny))
+    return ClockDrift(record.run, delay, growth), sureness
 
 
 def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:
@@ -478,7 +394,13 @@ def _sources(records: Sequence[PredictedRecord]) -> list[dict[str, str]]:
     best: dict[str, str] = {}
     pairs: list[tuple[float, dict[str, str]]] = []
     for alike in lengths.values():
-        square = np.array([[_square(inputs, signals) for signals in alike] for inputs in alike])
+        # Offsets of a run are left out.
+        square = np.array(
+            [
+                [np.nanvar(two.measured - one.predicted, axis=0).sum() for two in alike]
+                for one in alike
+            ]
+        )
         if not np.isfinite(square).all():
             continue
         _, order = linear_sum_assignment(square)
@@ -493,13 +415,3 @@ def _sources(records: Sequence[PredictedRecord]) -> list[dict[str, str]]:
     return [
         exchange for k, exchange in enumerate(sources) if exchange and exchange not in sources[:k]
     ]
-
-
-def _square(inputs: PredictedRecord, signals: PredictedRecord) -> float:
-    """Mean square of signals beside the prediction from inputs, offsets of a run left out."""
-    residual = signals.measured - inputs.predicted
-    known = np.isfinite(residual)
-    count = np.maximum(known.sum(axis=0), 1)
-    residual = np.where(known, residual, 0.0)
-    mean = residual.sum(axis=0) / count
-    return float(((residual**2).sum(axis=0) / count - mean**2).sum())

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from carrierflex.diagnosis.wiring.column_faults import SCREENED
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
     LinearRecord,
@@ -34,8 +33,8 @@ ComplexArray = NDArray[np.complex128]
 
 #: Correlation from sample to sample up to which a residual is white.
 _WHITE = 0.3
-#: Share of the samples that are the least steep, and range of a mean square over the expected one.
-_STEEP, _AS_EXPECTED = 0.8, (0.8, 1.25)
+#: Range of a mean square over the expected one.
+_AS_EXPECTED = (0.8, 1.25)
 #: Time over the step up to which samples are off.
 _MOST_STEPS = 1.0
 #: Share of the lines, the highest, in which noise of a load is measured.
@@ -74,15 +73,12 @@ def jittered_samples(
     # Each channel has a noise of its own.
     spread = np.concatenate([slope - slope.mean() for _, slope in squares])
     variance = float(spread @ r_square) / max(float(spread @ spread), np.finfo(float).tiny)
-    steep = s_square > np.quantile(s_square, _STEEP)
-    of_steep = float(r_square[steep].mean() - gap.floor) / float(s_square[steep].mean())
     explained = variance * float(s_square.mean())
     step = mean_step(campaign.runs[0].time)
     low, high = _AS_EXPECTED
     if (
         0.0 < variance <= (_MOST_STEPS * step) ** 2
         and low <= explained / (gap.before - gap.floor) <= high
-        and low <= of_steep / variance <= high
     ):
         names = ", ".join(one.name for one in campaign.channels)
         off = np.sqrt(3.0 * variance) / step
@@ -128,7 +124,7 @@ def noisy_load(
     n_samples = sum(record.residual.size for record in runs)
     for name, passed_on in _passed_on_by_load(runs, campaign).items():
         square = passed_on.square / n_samples
-        is_as_large = square >= SCREENED * (gap.before - gap.floor)
+        is_as_large = gap.before - square <= gap.half
         if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
             text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)

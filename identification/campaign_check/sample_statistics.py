@@ -10,7 +10,7 @@ BoolArray = NDArray[np.bool_]
 
 #: Order of the differences that tell noise from a smooth signal, and their mean square over the
 #: variance of white noise (10 choose 5).
-_ORDER, _GAIN = 5, 252.0
+ORDER, GAIN = 5, 252.0
 #: Median of chi² with one degree of freedom: a median is not moved by few jumps.
 _MEDIAN_CHI2 = 0.4549
 
@@ -31,11 +31,30 @@ def neighbour_noise(values: FloatArray) -> float:
     float
         NaN where fewer than two differences can be taken.
     """
-    square = np.diff(values, _ORDER) ** 2
-    square = square[np.isfinite(square)]
-    if square.size < 2:
-        return float("nan")
-    return float(np.sqrt(np.median(square) / (_MEDIAN_CHI2 * _GAIN)))
+    return float(np.sqrt(difference_square(values)))
+
+
+def difference_square(values: FloatArray, lag: int = 1) -> float:
+    """Median square of the differences of every lag-th sample over that of white noise.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Signal, missing samples NaN.
+    lag : int
+        Distance of the samples.
+
+    Returns
+    -------
+    float
+        Variance of white noise, in the square of the unit of `values`; NaN where fewer than two
+        differences can be taken.
+    """
+    differences = values
+    for _ in range(ORDER):
+        differences = differences[lag:] - differences[:-lag]
+    square = differences[np.isfinite(differences)] ** 2
+    return float(np.median(square)) / (_MEDIAN_CHI2 * GAIN) if square.size > 1 else np.nan
 
 
 def quantisation_step(values: FloatArray) -> float:

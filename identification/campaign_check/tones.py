@@ -9,7 +9,6 @@ from scipy.ndimage import median_filter
 
 from carrierflex.files.quantities import sized
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
@@ -17,14 +16,16 @@ from carrierflex.identification.campaign_check.campaign_warning import CampaignW
 FloatArray = NDArray[np.float64]
 
 #: A line's power over the median of its surroundings, and the half width of these in lines.
-STANDS_OUT, SURROUNDINGS = 60.0, 40
+_STANDS_OUT, _SURROUNDINGS = 60.0, 40
 #: Lines beside the peak that may still stand out: a tone keeps its frequency, an order does not.
 _NARROW = 3
 #: Amplitude of the nearest order over that of the line from which the line is that order.
 _LIKE_AN_ORDER = 0.7
+#: Share of the runs that must show a tone.
+IN_RUNS = 0.6
 #: Amplitude of a tone over the noise that is told.
 _LOUD = 1.0
-FEWEST_SAMPLES = 256
+_FEWEST_SAMPLES = 256
 #: Harmonics of a drive of few lines that a nonlinear element shows.
 _MOST_HARMONICS = 10.0
 #: A line of a drive over its surroundings; power that drives whatever is beside it, and power that
@@ -38,9 +39,11 @@ _MAINS_HZ = (50.0, 60.0)
 
 
 @dataclass(frozen=True)
-class _Tone:
-    frequency_hz: float
-    amplitude: float
+class Tone:
+    """A line of a spectrum."""
+
+    frequency_hz: float  # Frequency [Hz]
+    amplitude: float  # In the unit of the signal
 
 
 def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
@@ -51,9 +54,14 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     CampaignWarning
         Check ``tone``.
     """
-    runs = [run for run in campaign.runs if run.time.size >= FEWEST_SAMPLES]
+    runs = [run for run in campaign.runs if run.time.size >= _FEWEST_SAMPLES]
     for channel in campaign.channels:
-        tones = [(run, tone) for run in runs for tone in _tones(run, channel)]
+        tones = [
+            (run, tone)
+            for run in runs
+            for tone in lines_that_stand_out(run.time, run.signals[channel.name])
+            if not _is_expected(run, run.signals[channel.name], tone.frequency_hz)
+        ]
         for run, tone in sorted(tones, key=lambda pair: -pair[1].amplitude):
             width = 2.0 / float(run.time[-1] - run.time[0])
             alike = {
@@ -62,7 +70,7 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
                 if abs(candidate.frequency_hz - tone.frequency_hz)
                 < max(width, 2.0 / float(other.time[-1] - other.time[0]))
             }
-            if len(alike) > 0.6 * len(runs):
+            if len(alike) > IN_RUNS * len(runs):
                 yield CampaignWarning(
                     "tone",
                     channel.name,
@@ -77,27 +85,32 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
                 break
 
 
-def _tones(run: Run, channel: Channel) -> list[_Tone]:
-    """Narrow lines of one record off the orders and off the drive."""
-    values = run.signals[channel.name]
+def lines_that_stand_out(time: FloatArray, values: FloatArray) -> list[Tone]:
+    """Narrow lines of one record that stand out of what is beside them.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (n,)
+        Time [s] and signal; NaN where missing.
+    """
     present = np.isfinite(values)
-    if np.count_nonzero(present) < FEWEST_SAMPLES:
+    if np.count_nonzero(present) < _FEWEST_SAMPLES:
         return []
-    level = np.interp(run.time, run.time[present], values[present])
-    frequency, power, scale = _spectrum(level, run.time)
-    typical = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
-    stands_out = power > STANDS_OUT * np.maximum(typical, np.finfo(float).tiny)
+    span = slice(np.argmax(present), present.size - np.argmax(present[::-1]))
+    time, level = time[span], np.interp(time[span], time[present], values[present])
+    frequency, power, scale = _spectrum(level, time)
+    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    stands_out = power > _STANDS_OUT * np.maximum(typical, np.finfo(float).tiny)
     tones = []
     for line in np.flatnonzero(stands_out[1:-1]).tolist():
         k = line + 1
         amplitude = float(np.sqrt(power[k]) * scale)
-        floor = np.sqrt(typical[k]) * scale * np.sqrt(values.size) / 2.0
+        floor = np.sqrt(typical[k]) * scale * np.sqrt(level.size) / 2.0
         around = stands_out[max(k - 3 * _NARROW, 0) : k + 3 * _NARROW + 1]
         is_peak = power[k] >= power[k - 1] and power[k] >= power[k + 1]
         if not is_peak or around.sum() > 2 * _NARROW + 1 or amplitude < _LOUD * floor:
             continue
-        if not _is_expected(run, level, float(frequency[k])):
-            tones.append(_Tone(float(frequency[k]), amplitude))
+        tones.append(Tone(float(frequency[k]), amplitude))
     return tones
 
 
@@ -113,9 +126,7 @@ def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatAr
 
 def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
-    if "carrier_angle" in run.inputs and turns_with_the_shaft(run, values, frequency):
-        return True
-    return is_driven(run, frequency)
+    return turns_with_the_shaft(run, values, frequency) or is_driven(run, frequency)
 
 
 def is_driven(run: Run, frequency: float) -> bool:
@@ -132,6 +143,10 @@ def turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool
     An order keeps its place in angle, a tone in time, so that a tone between two orders, or one
     that slips past an order while the speed changes, has little of the order's wave.
     """
+    if "carrier_angle" not in run.inputs:
+        return False
+    present = np.isfinite(values)
+    values = np.interp(run.time, run.time[present], values[present])
     angle = run.inputs["carrier_angle"]
     duration = float(run.time[-1] - run.time[0])
     turns = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
@@ -151,7 +166,7 @@ def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
     if not np.ptp(values) > 0.0:
         return False
     lines, power, _ = _spectrum(values, time)
-    typical = median_filter(power, 2 * SURROUNDINGS + 1, mode="nearest")
+    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
     is_line = (power > _LINE_OF_DRIVE * typical) & (power > _ROUNDING * power.max())
     strong = is_line | (power > _STRONG * power.max())
     nearest = int(np.argmin(np.abs(lines - frequency)))

@@ -24,7 +24,7 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from tests.diagnosis.class_answers import no_class, one_class
-from tests.diagnosis.inference.toy_problem import linear_problem, with_answers
+from tests.diagnosis.inference.toy_problem import CellsAlone, linear_problem, with_answers
 
 LIMITS = Thresholds(bootstrap_samples=40, fewest_samples=20)
 
@@ -126,12 +126,20 @@ def test_signals_are_laid_over_one_another_where_a_problem_has_them():
     assert (none.before, none.after) == ((OVERLAY,), ())
 
 
-def test_the_gap_is_looked_at_beyond_its_map_where_a_problem_does():
+def test_the_gap_is_looked_at_beyond_its_map():
     known = linear_problem({"a": 5.0})
-    assert diagnosis_of(known).gap is None
     findings = GapFindings((), "orders")
     scalar = Scalar("mass", "kg", np.ones(3), np.full(3, 1.5))
-    detail = diagnosis_of(with_answers(known, gap_findings=findings, scalars=(scalar,))).gap
+
+    class Gap(CellsAlone):
+        def findings(self):
+            return findings
+
+        def scalars(self):
+            return (scalar,)
+
+    cells = known.gap((), np.zeros(1)).cells
+    detail = diagnosis_of(with_answers(known, gap=Gap(cells))).gap
     assert detail.findings is findings
     assert [entry.area_before for entry in detail.scalars] == [pytest.approx(0.5)]
     assert {cell.run for cell in detail.cells} == {"RA", "RB", "RC"}

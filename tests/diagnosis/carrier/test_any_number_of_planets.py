@@ -106,7 +106,7 @@ def test_the_map_holds_the_orders_of_many_planets(n, order):
         None, contained=("axial_offset",), extra=wave, turns=6, loads=EVERY_LOAD[:1], rig=rig
     )
     theta = problem.starts((), {})[-1]
-    cells = [cell for cell in problem.gap_cells((), theta) if cell.order == order]
+    cells = [cell for cell in problem.gap((), theta).cells if cell.order == order]
     largest = max(cells, key=lambda cell: cell.coherent)
     assert largest.channel_pattern == ("m=0", "m=+1", "m=2", "m=-1")[order % 4]
     # Four of six channels, half the squared amplitude.

@@ -20,14 +20,14 @@ QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 def said(problem):
     """Where the gap of the baseline lies, in words."""
-    findings = problem.gap_findings((), problem.starts((), {})[-1])
+    findings = problem.gap((), problem.starts((), {})[-1]).findings()
     return "; ".join(filter(None, (place_words(findings), further_words(findings, "m"))))
 
 
 def cells_of(problem):
     return {
         (c.run, c.channel_pattern, int(c.order)): c
-        for c in problem.gap_cells((), problem.starts((), {})[-1])
+        for c in problem.gap((), problem.starts((), {})[-1]).cells
     }
 
 
@@ -98,7 +98,7 @@ def test_without_a_gap_the_sentence_says_so():
 
 
 def parts_of(problem):
-    components = components_of(problem.gap_cells((), problem.starts((), {})[-1]))
+    components = components_of(problem.gap((), problem.starts((), {})[-1]).cells)
     return {
         (component.pattern, component.order): _frame_of(component, components, 3)
         for component in components

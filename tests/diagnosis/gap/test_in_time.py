@@ -14,7 +14,7 @@ QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 
 def findings_of(problem):
-    return problem.gap_findings((), problem.starts((), {})[-1])
+    return problem.gap((), problem.starts((), {})[-1]).findings()
 
 
 def test_windows_hold_at_most_twenty_repetitions_and_follow_the_gap():

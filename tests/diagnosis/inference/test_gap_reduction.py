@@ -10,7 +10,7 @@ from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.law_fits import law_fits
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from tests.diagnosis.inference.toy_problem import linear_problem
+from tests.diagnosis.inference.toy_problem import CellsAlone, linear_problem
 
 LIMITS = Thresholds(bootstrap_samples=40)
 #: Directions of effects a and b, one outside the library, and noise.
@@ -203,9 +203,9 @@ def test_a_gap_below_the_noise_is_no_error():
 class SharplyMapped(type(linear_problem({}))):
     """Problem whose map holds a cell with more coherent gap than its mean square."""
 
-    def gap_cells(self, effects, theta):
-        cells = super().gap_cells(effects, theta)
-        return tuple(replace(cell, coherent=2.0 * cell.mean_square) for cell in cells)
+    def gap(self, effects, theta):
+        cells = super().gap(effects, theta).cells
+        return CellsAlone(tuple(replace(one, coherent=2.0 * one.mean_square) for one in cells))
 
 
 def test_a_cell_without_noise_adds_none_to_the_uncertainty():

@@ -21,6 +21,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Segment,
     SegmentSums,
 )
+from carrierflex.diagnosis.gap.findings import ORDERS, GapFindings
 from carrierflex.diagnosis.inference.law_fits import LawFits
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 
@@ -28,6 +29,19 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 Known = Mapping[tuple[str, str], float]
 
 NOISE = "noise"
+
+
+@dataclass(frozen=True, eq=False)
+class CellsAlone:
+    """Gap of which nothing but the map is known."""
+
+    cells: tuple[GapCell, ...]
+
+    def findings(self) -> GapFindings:
+        return GapFindings((), ORDERS)
+
+    def scalars(self) -> tuple[()]:
+        return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +133,7 @@ class LinearProblem(ComparisonProblem):
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         return self.sums(effects, theta, chosen).square[:, None]
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+    def gap(self, effects: Effects, theta: FloatArray) -> "CellsAlone":
         """One cell a run: mean square of the residual, and the same less the noise."""
         squares = self.sums(effects, theta, np.ones(len(self.segments), dtype=bool)).square
         cells = []
@@ -128,7 +142,7 @@ class LinearProblem(ComparisonProblem):
             mean = float(squares[of_run].sum() / self.cell_counts[of_run].sum())
             coherent = mean - self.noise_std**2
             cells.append(GapCell("signal", 1.0, run, mean, coherent, 1.0, (1.0, 1.0), 0.0))
-        return tuple(cells)
+        return CellsAlone(tuple(cells))
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "LinearProblem":
         return replace(self, target=self._jacobian(effects) @ theta)

@@ -19,7 +19,7 @@ THETA = np.array(list(TRUE_LINEAR.values()))
 
 
 def findings_of(campaign):
-    return mounting_problem(campaign).gap_findings((), THETA)
+    return mounting_problem(campaign).gap((), THETA).findings()
 
 
 def growth_of(findings, name):
@@ -88,7 +88,9 @@ def test_scalars_are_means_and_spans_of_the_motions():
     campaign = mounting_campaign(
         extra=lambda inputs: np.outer(np.full(inputs.time.size, 1e-4), [0, 0, 1, 1, 0, 0])
     )
-    scalars = {scalar.name: scalar for scalar in mounting_problem(campaign).scalars((), THETA)}
+    scalars = {
+        scalar.name: scalar for scalar in mounting_problem(campaign).gap((), THETA).scalars()
+    }
     mean, span = scalars["vertical, mean"], scalars["vertical, peak to peak"]
     # Two channels of 100 um each are sqrt(2) times that along the unit pattern; 325 samples a
     # block.

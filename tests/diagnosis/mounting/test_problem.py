@@ -145,7 +145,7 @@ def test_powers_of_the_bands_add_up_to_the_sum_of_squares():
 
 def test_the_gap_of_unequal_bushings_is_vertical_and_follows_the_torque():
     problem = mounting_problem(mounting_campaign(TRUTH["unequal_bushings"][0]))
-    (finding,) = problem.gap_findings((), fit_effects(problem, ()).theta).where
+    (finding,) = problem.gap((), fit_effects(problem, ()).theta).findings().where
     assert (finding.kind, finding.patterns) == (MOTION, ("vertical",))
     assert (finding.follows.load, finding.follows.is_rate) == ("torque", False)
     assert finding.follows.correlation > 0.9
