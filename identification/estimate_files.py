@@ -1,12 +1,11 @@
-"""Writing of identification.json."""
+"""Content of identification.json."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import plain
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
@@ -85,19 +84,6 @@ def identification_document(
     }
     document: dict[str, Any] = plain(content)
     return document
-
-
-def write_identification(path: Path, document: Mapping[str, Any]) -> None:
-    """Write identification.json; the file appears complete or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its folder exists.
-    document : mapping
-        Result of :func:`identification_document`.
-    """
-    save_json(path, document)
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:

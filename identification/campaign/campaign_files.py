@@ -94,18 +94,7 @@ def read_campaign(folder: Path, *, bending: bool = False) -> Campaign:
         with problems.at():
             records.add(_read_run(folder, entry, header, expected))
     refuse(problems.messages)
-    return Campaign(
-        kind=header.contract.name,
-        name=header.name,
-        baseline=header.baseline,
-        rig=header.rig,
-        channels=header.channels,
-        runs=records.runs,
-        inputs=header.inputs,
-        notes=tuple(_left_out(folder, header, expected)),
-        turbine=header.turbine,
-        recorded=header.recorded,
-    )
+    return header.with_records(records.runs, _left_out(folder, header, expected))
 
 
 def _of_quantity(header: CampaignHeader, *, bending: bool) -> CampaignHeader:

@@ -35,9 +35,9 @@ from carrierflex.simulation.stage.response import joined_records
 from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.workflows.identification.identify_bushings import measured_motion
 from carrierflex.workflows.outputs import save_figure, save_table
 from carrierflex.workflows.simulation import simulate_mounting
-from carrierflex.workflows.simulation.housing_motion import measured_motion
 from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
 from carrierflex.workflows.simulation.stage_bodies import stage_body_of
 

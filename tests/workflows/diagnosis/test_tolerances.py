@@ -9,7 +9,7 @@ from carrierflex.fe.deflection_curves import resampled
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.fe import compute_curves
-from carrierflex.workflows.view3d.curve_scene import curve_scene
+from carrierflex.workflows.view3d.view_file import curve_scene
 from tests.diagnosis.carrier.test_causes_of_the_drawing import CURVES, campaign, curve_of
 
 
