@@ -200,7 +200,7 @@ def identify_from_sums(
         rng = np.random.default_rng(options.seed)
         fit = _with_bootstrap(joint_fit(equations, model.shared), equations, options.bootstrap, rng)
     else:
-        fit = with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
+        fit = _with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
     return _parameter_estimate(model, equations, fit)
 
 
@@ -462,7 +462,7 @@ def _resampled(
     return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)
 
 
-def with_scatter_of_runs(
+def _with_scatter_of_runs(
     fit: JointFit, equations: Sequence[NormalEquations], shared: Sequence[bool]
 ) -> JointFit:
     """Widen the errors of shared parameters where the runs disagree on them.
@@ -472,21 +472,6 @@ def with_scatter_of_runs(
     C_k^-1 (p_k - p)`` is compared with Hotelling's distribution. Where it is beyond chance the
     covariance of the shared unknowns is that of the delete-one-run jackknife, with one degree of
     freedom less than there are runs.
-
-    Parameters
-    ----------
-    fit : JointFit
-        Solution of :func:`~carrierflex.identification.estimation.least_squares.joint_fit`.
-    equations : sequence of NormalEquations
-        One for each run.
-    shared : sequence of bool
-        Whether each coefficient is shared by the runs.
-
-    Returns
-    -------
-    JointFit
-        `fit` itself where the runs agree, or where they cannot be compared: a single run, too few
-        revolutions, or a run that does not determine every shared parameter.
     """
     n_shared, n_runs = sum(shared), len(equations)
     freedom = min(run.n_revolutions for run in equations) - n_shared

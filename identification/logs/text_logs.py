@@ -98,23 +98,8 @@ def encoding_of(head: bytes) -> str:
     return "utf-8"
 
 
-def dialect_of(text: str, encoding: str, file: str) -> Dialect:
-    """Dialect of a text.
-
-    Parameters
-    ----------
-    text : str
-        Whole lines from the beginning of the file.
-    encoding : str
-        Its encoding.
-    file : str
-        Name of the file, for the message.
-
-    Raises
-    ------
-    ValueError
-        Where no way to cut the lines gives numbers.
-    """
+def _dialect_of(text: str, encoding: str, file: str) -> Dialect:
+    """Dialect of a text."""
     lines = text.splitlines()
     filled = [number for number, line in enumerate(lines) if line.strip()]
     # Half of a short file may be its preamble.
@@ -272,7 +257,7 @@ def text_table(text: str, path: Path, encoding: str) -> tuple[LogTable, Dialect]
     head = text[:HEAD]
     # The last line may be cut, by this limit or by the end of the logger's battery.
     complete_lines = head[: head.rfind("\n") + 1] or head
-    dialect = dialect_of(complete_lines, encoding, str(path))
+    dialect = _dialect_of(complete_lines, encoding, str(path))
     lines = complete_lines.splitlines()
     names, units = _names_and_units(lines, dialect)
     if len(names) > _MOST_COLUMNS:

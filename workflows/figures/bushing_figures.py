@@ -41,20 +41,13 @@ def bushing_models() -> Figure:
     return figure
 
 
-def force_loops(frequency: float = FREQUENCY, amplitude: float = AMPLITUDE) -> dict[
-    str, tuple[NDArray[np.float64], NDArray[np.float64]]
-]:  # fmt: skip
+def _force_loops(
+    frequency: float = FREQUENCY, amplitude: float = AMPLITUDE
+) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Deflection [m] and force [N] over the second cycle of a slow sine, by model of table 3.
 
     The fluid's mass has no influence (:mod:`carrierflex.simulation.mounting.bushings`): spring and
     damper of its branch stand in series.
-
-    Parameters
-    ----------
-    frequency : float
-        Of the motion [Hz].
-    amplitude : float
-        Of the motion [m].
     """
     t = np.linspace(0.0, 2.0 / frequency, 2 * _SAMPLES + 1)
     omega = 2.0 * np.pi * frequency
@@ -75,7 +68,7 @@ def force_loops(frequency: float = FREQUENCY, amplitude: float = AMPLITUDE) -> d
 
 
 def _draw_laws(axes: Axes) -> None:
-    for label, (u, force) in force_loops().items():
+    for label, (u, force) in _force_loops().items():
         axes.plot(u * 1e3, force / 1e3, color=_COLOURS[label], lw=1.3, label=label)
     axes.set(
         xlabel="deflection $u$ [mm]", ylabel="force of one bushing [kN]",

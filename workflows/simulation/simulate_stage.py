@@ -12,6 +12,7 @@ weight and pin errors.
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -26,10 +27,9 @@ from carrierflex.identification.campaign.campaign_files import (
     prepare_campaign_folder,
     write_campaign,
 )
-from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
 from carrierflex.identification.campaign.records import Run
-from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, rim_campaign
 from carrierflex.reduction.body_files import read_stresses
 from carrierflex.simulation.record_size import MOST_IN_A_FILE, refuse_size, refuse_steps
 from carrierflex.simulation.stage.response import (
@@ -120,7 +120,7 @@ def main(
     prepare_campaign_folder(out)
     stresses = None
     if stress is not None:
-        stresses = stage_stresses(case, what.bodies)
+        stresses = _stage_stresses(case, what.bodies)
         prepared_folder(stress)
     if loads is not None:
         prepared_folder(loads)
@@ -151,7 +151,12 @@ def main(
                         pieces = with_stress(pieces, stress, run.name, model, stresses)
                     imbalance[run.name] = _grown(pieces, what, run, growing, stages.note)
                 except (StageDivergedError, KeyboardInterrupt) as error:
-                    stopped = _stopped(run, growing, error)
+                    stopped = error
+                    why = "interrupted"
+                    if isinstance(error, StageDivergedError):
+                        why = f"{error.coordinate} diverged"
+                    if run.name in growing.n_samples:
+                        growing.cut(run.name, why)
             if stopped is not None:
                 break
         if not growing.runs:
@@ -172,14 +177,8 @@ def main(
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
-def stage_stresses(case: Path, bodies: Mapping[str, Path]) -> StageStresses:
-    """Stress rows of a case's carrier file, and of its pin file where it names one.
-
-    Raises
-    ------
-    ValueError
-        Where there is no carrier file, or a file has none.
-    """
+def _stage_stresses(case: Path, bodies: Mapping[str, Path]) -> StageStresses:
+    """Stress rows of a case's carrier file, and of its pin file where it names one."""
     if "carrier" not in bodies:
         raise ValueError(
             f"{case}: --stress is given, [bodies] names no carrier; expected carrier = a body file "
@@ -264,18 +263,6 @@ def _grown(
     return imbalance / work
 
 
-def _stopped(run: StageRun, growing: GrowingRuns, error: BaseException) -> BaseException:
-    """The error, noted in the condition of what stays of the run."""
-    if run.name in growing.n_samples:
-        why = (
-            f"{error.coordinate} diverged"
-            if isinstance(error, StageDivergedError)
-            else "interrupted"
-        )
-        growing.cut(run.name, why)
-    return error
-
-
 def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:
     """Pieces of a run as one run of a campaign."""
     record = joined_records([piece.record for piece in pieces])
@@ -298,35 +285,17 @@ def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:
 
 def stage_campaign(what: StageCase, records: list[Run]) -> Campaign:
     """Records of a case as a campaign of kind ``carrier``."""
-    noise = what.reading.noise_std or None
-    channels = tuple(
-        Channel(
-            sensor.name,
-            sensor.quantity,
-            "m",
-            angle=sensor.angle,
-            radius=sensor.radius,
-            noise_std=noise,
-        )
-        for sensor in what.sensors
-    )
-    return Campaign(
-        kind="carrier",
-        name=what.name,
-        baseline=Baseline("model", ("axial_offset",)),
-        rig={**what.rig, "deflection_curves": CURVES_FILE},
-        channels=channels,
-        runs=tuple(records),
-    )
+    noise_std = what.reading.noise_std
+    return rim_campaign(what.name, what.sensors, records, rig=what.rig, noise_std=noise_std)
 
 
 def _files(
     case: Path, curve_set: Mapping[str, DeflectionCurve]
 ) -> dict[str, Callable[[Path], None]]:
-    def copy(path: Path) -> None:
-        shutil.copyfile(case, path)
-
-    return {CURVES_FILE: lambda path: write_curves(path, curve_set), CASE_COPY: copy}
+    return {
+        CURVES_FILE: lambda path: write_curves(path, curve_set),
+        CASE_COPY: partial(shutil.copyfile, case),
+    }
 
 
 def _refuse_size(case: Path, what: StageCase) -> None:

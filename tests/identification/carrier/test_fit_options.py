@@ -126,9 +126,7 @@ def test_intervals_of_a_free_pin_angle_cover_the_truth():
     inside = []
     for seed in range(60):
         campaign = _turned(carrier_campaign([run_case(sample_rate=12.0)], seed=seed), 0.2)
-        result = identify_with_pin_angle(campaign, *CURVES, FitOptions(), per_run=True)[
-            "LC1"
-        ][1]
+        result = identify_with_pin_angle(campaign, *CURVES, FitOptions(), per_run=True)["LC1"][1]
         truth = {"theta_rho": 0.2, "rho_s": 0.26, "rho_f": 0.61}
         k = [result.index(name, "LC1") for name in truth]
         inside.append(

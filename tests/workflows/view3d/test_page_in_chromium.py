@@ -9,9 +9,10 @@ import pytest
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.reduction.shapes.body_shapes import body_shapes
+from carrierflex.workflows.view3d.body_scene import body_scene
 from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.rim_scene import rim_scene
-from carrierflex.workflows.view3d.view_file import body_scene, write_view
+from carrierflex.workflows.view3d.view_file import write_view
 from tests.diagnosis.report.browser import SECONDS, WITH_WEBGL, browser
 
 pytestmark = pytest.mark.long
