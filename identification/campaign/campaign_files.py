@@ -49,8 +49,6 @@ from carrierflex.identification.campaign.run_files import (
 CASE_COPY = "case.toml"
 #: Copies of the law files that a case was simulated with, by number.
 LAW_COPY = "law_{}.toml"
-
-
 #: Bytes of all records up to which they are kept in memory.
 _IN_MEMORY = 200_000_000
 

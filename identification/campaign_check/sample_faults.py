@@ -45,8 +45,6 @@ _NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS, _NEAREST = 0.1, 0.7, 8, 0.
 #: Phase [rad] of a signal's mean frequency over which a parabola follows it, and the most that it
 #: leaves of a signal with its sign over what it leaves of one without.
 _PHASE, _FAR_LESS = 0.5, 0.5
-
-
 #: Times that a reading begins anew at least. Once it goes on beyond its range: the new range over
 #: the old one, at least, and what is left of the square of its second differences, at most. Of a
 #: square wave beside a slower motion, as of dry friction, as little is left over 0.48 of the range.

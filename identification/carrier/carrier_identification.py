@@ -32,8 +32,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 
 #: With fewer samples a covariance is itself uncertain by more than ten percent.
 _FEWEST_SAMPLES = 50
-
-
 #: Runs that agree look this different once in a thousand campaigns.
 _DISAGREEMENT = 1e-3
 SCATTER_OF_RUNS = (

@@ -39,8 +39,6 @@ _STEP = 1e-5
 _TOLERANCE = 1e-7
 #: A scale that is zero in truth may come out this much below zero, as a share of the other.
 _SIGN_MARGIN = 0.1
-
-
 #: M2 at the pin angle found, the derivative by it as a further term, and its parameters.
 PinAngleFit = tuple[CarrierModel, ParameterEstimate]
 

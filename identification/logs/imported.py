@@ -54,8 +54,6 @@ from carrierflex.identification.logs.map_tables import (
 )
 
 Signal = TypeVar("Signal", Channel, InputSignal)
-
-
 _FloatArray = NDArray[np.float64]
 #: Fewest samples of a run.
 _FEWEST = 10

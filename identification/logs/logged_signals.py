@@ -39,8 +39,6 @@ _WHY_NOT = {
     "element": "the drift of its integral cannot be distinguished from stiffness and friction; an "
     "acceleration is read as the input base_acceleration of drive = 'base'",
 }
-
-
 #: Rows of one value that are a logger standing still, where chance makes none.
 _STUCK = 6
 #: Largest probability of a stretch by chance, of one in a record.

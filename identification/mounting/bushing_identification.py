@@ -45,13 +45,9 @@ _FEWEST_BLOCKS = 24
 _SEARCHED_STARTS = 4
 #: Points of a likelihood profile.
 _PROFILE_POINTS = 9
-
-
 #: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
 #: the refits.
 _ROUGH = 1e-4
-
-
 #: Starts search on every n-th sample: so many samples of a run are enough to rank them.
 _SEARCH_SAMPLES = 4000
 

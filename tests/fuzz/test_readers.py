@@ -43,8 +43,8 @@ from carrierflex.identification.campaign.campaign_files import read_campaign, wr
 from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.logs import log_files
 from carrierflex.identification.logs.log_files import read_log
-from carrierflex.identification.logs.map_files import read_map
 from carrierflex.identification.logs.map_guesses import map_guess
+from carrierflex.identification.logs.map_tables import read_map
 from carrierflex.identification.logs.map_text import map_text
 from carrierflex.reduction.body_files import (
     read_body,

@@ -69,8 +69,6 @@ _N_MODES = {"carrier": 20, "pin": 4, "main_shaft": 10}
 #: Torque up to which figure 11 of the 2011 paper is drawn: its axis ends at 8 mrad, and the gearbox
 #: has 27 MN m/rad [N m].
 _SWEEP = 27e6 * 8e-3
-
-
 #: Load case that the paper of 2012 shows in time.
 SHOWN = "LC2"
 #: Names of the bushing models in the paper's figures.
@@ -84,8 +82,6 @@ _SENSOR_ERRORS = {
     "s227": SensorError(gain=0.005, zero=-20e-6),
     "s317": SensorError(gain=-0.005, zero=10e-6),
 }
-
-
 #: The paper keeps 2000 samples of 520 s [1/s].
 _SAMPLE_RATE = 2000.0 / 520.0
 #: Radial load along y and z [N]: not printed, chosen within the axis of figure 6 (100 kN a

@@ -44,8 +44,6 @@ Piece = tuple[str, Columns]
 #: Bytes of standard input that are taken at once at most.
 _BLOCK = 1 << 18
 _STANDARD_INPUT = "standard input"
-
-
 FORMAT = "carrierflex-watch"
 WATCH_FILE, PAGE_FILE, STATE_FILE = "watch.json", "watch.html", "state.npz"
 #: Seconds between two states, and between two pages, where no alarm comes.

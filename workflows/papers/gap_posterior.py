@@ -245,8 +245,6 @@ HYPOTHESES = (
         "kink, table 5 of the turning tilt", {**_KINK, **_SUN_AND_SADDLE}, table_5="turning"
     ),
 )
-
-
 #: One hypothesis a cause: their predictions are compared.
 COMPARED = (FACE, GROUND, KINK)
 

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 
 #: Smallest share of the effective interface mass that the mode table tells.
 _WORTH_TELLING = 0.01
-
-
 _QUALITY_WORDS = {
     "n_nodes": "nodes",
     "n_tets": "quadratic tetrahedra",

@@ -14,13 +14,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+from numpy.typing import NDArray
 
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import (
     CASE_COPY,
@@ -32,6 +36,19 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, rim_campaign
 from carrierflex.reduction.body_files import read_stresses
 from carrierflex.simulation.record_size import MOST_IN_A_FILE, refuse_size, refuse_steps
+from carrierflex.simulation.rexs.planetary_stage import (
+    PlanetaryStage,
+    planetary_stage,
+    planetary_stages,
+)
+from carrierflex.simulation.rexs.rexs_files import (
+    read_rexs,
+    refuse_foreign_model,
+    write_with_load_cases,
+)
+from carrierflex.simulation.rexs.rexs_model import RexsModel
+from carrierflex.simulation.rexs.stage_results import RunMeans
+from carrierflex.simulation.stage.load_channels import load_columns
 from carrierflex.simulation.stage.response import (
     StageDivergedError,
     joined_records,
@@ -41,13 +58,51 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
-from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
-from carrierflex.workflows.simulation.rexs_results import RexsResults
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
-from carrierflex.workflows.simulation.stage_loads import with_loads
 from carrierflex.workflows.simulation.stage_stress import StageStresses, with_stress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Revolutions that a picture shows.
+_SHOWN_TURNS = 2.0
+_BEARINGS = ("main_bearing", "bearing_A", "bearing_B")
+_SHAFTS = ("carrier", "sun", "intermediate", "generator")
+_ENERGIES = ("torque", "generator", "loads", "mount", "dissipated", "stored")
+
+
+class _RexsResults:
+    """A REXS file and the means of the runs that go into a copy of it."""
+
+    def __init__(self, source: Path, folder: Path, gear: GearData) -> None:
+        self._source, self._path, self._gear = source, folder / source.name, gear
+        if self._path.resolve() == source.resolve():
+            raise ValueError(f"--rexs is {source}, in the folder of --loads; expected another one")
+        refuse_foreign_model(self._path)
+        model = read_rexs(source)
+        stages = list(_simple_stages(model))
+        wanted = (gear.ring_teeth, gear.planet_teeth, gear.sun_teeth)
+        alike = [stage for stage in stages if stage.teeth == wanted]
+        if len(alike) != 1:
+            numbers = "; ".join("/".join(map(str, stage.teeth)) for stage in stages) or "none"
+            raise ValueError(
+                f"--rexs is {source}, whose planetary stages have ring/planet/sun teeth {numbers}; "
+                f"expected one with {'/'.join(map(str, wanted))}, as the case has"
+            )
+        self._stage = alike[0]
+        self._runs: dict[str, RunMeans] = {}
+
+    def means_of(self, run: str) -> RunMeans:
+        """What takes the load columns of a run."""
+        return self._runs.setdefault(run, RunMeans(self._stage))
+
+    def write(self) -> None:
+        """Write the copy, one load case a run."""
+        cases = [(name, means.results(self._gear)) for name, means in self._runs.items()]
+        write_with_load_cases(self._path, self._source, cases)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +179,7 @@ def main(
         prepared_folder(stress)
     if loads is not None:
         prepared_folder(loads)
-    back = None if rexs is None or loads is None else RexsResults(rexs, loads, what.data.gear)
+    back = None if rexs is None or loads is None else _RexsResults(rexs, loads, what.data.gear)
     curve_set = _curves(curves)
     first = 1 + (linearised is not None)
     # Runs are equally long; what comes before them tells nothing of their time.
@@ -146,7 +201,7 @@ def main(
                     pieces = _pieces(model, what, run, rng)
                     if loads is not None:
                         means = None if back is None else back.means_of(run.name)
-                        pieces = with_loads(pieces, loads, run.name, model, means=means)
+                        pieces = _with_loads(pieces, loads, run.name, model, means=means)
                     if stress is not None and stresses is not None:
                         pieces = with_stress(pieces, stress, run.name, model, stresses)
                     imbalance[run.name] = _grown(pieces, what, run, growing, stages.note)
@@ -303,3 +358,101 @@ def _refuse_size(case: Path, what: StageCase) -> None:
     columns = len(what.sensors) + 5  # time and four inputs
     refuse_size(str(case), keys, what.duration * what.sample_rate * columns, MOST_IN_A_FILE)
     refuse_steps(str(case), what.duration, what.step)
+
+
+def _simple_stages(model: RexsModel) -> Iterator[PlanetaryStage]:
+    """Planetary stages of the kind that is simulated; the error of the only one, if it is none."""
+    components = planetary_stages(model)
+    for component in components:
+        try:
+            yield planetary_stage(model, component)
+        except ValueError:
+            if len(components) == 1:
+                raise
+
+
+def _with_loads(
+    pieces: Iterable[StageResponse],
+    folder: Path,
+    run: str,
+    model: StageModel,
+    *,
+    means: RunMeans | None = None,
+) -> Iterator[StageResponse]:
+    """Pieces of a run, each written to ``<run>_loads.csv`` as it passes.
+
+    The picture ``<run>_loads.png`` follows at the end. A run that diverges or is interrupted leaves
+    what was written until then, as its record does.
+    """
+    stopped: BaseException | None = None
+    first: list[dict[str, NDArray[np.float64]]] = []
+    with whole_file(folder / f"{run}_loads.csv") as temporary, temporary.open("wb") as file:
+        try:
+            for piece in pieces:
+                columns = {
+                    "time": piece.record.time,
+                    **load_columns(model, piece.record, piece.loads),
+                }
+                if file.tell() == 0:
+                    # Arrow would quote the column names.
+                    file.write((",".join(columns) + "\n").encode())
+                table = pa.table({name: pa.array(values) for name, values in columns.items()})
+                pa_csv.write_csv(table, file, pa_csv.WriteOptions(include_header=False))
+                if means is not None:
+                    means.append(columns)
+                shown = columns["carrier_angle"] <= 2.0 * np.pi * _SHOWN_TURNS
+                if shown.any():
+                    first.append({name: values[shown] for name, values in columns.items()})
+                yield piece
+        except (StageDivergedError, KeyboardInterrupt) as error:
+            stopped = error
+    if first:
+        columns = {name: np.concatenate([piece[name] for piece in first]) for name in first[0]}
+        save_figure(folder / f"{run}_loads.png", loads_figure(run, columns))
+    if stopped is not None:
+        raise stopped
+
+
+def loads_figure(run: str, columns: dict[str, NDArray[np.float64]]) -> "Figure":
+    """Six panels over the first revolutions: meshes, pins, sharing, bearings, speeds, energies."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 7.5), layout="constrained")
+    meshes, pins, sharing, bearings, speeds, energies = figure.subplots(2, 3, sharex=True).flat
+    turns = columns["carrier_angle"] / (2.0 * np.pi)
+    for planet in (1, 2, 3):
+        for mate, style in (("sun", "-"), ("ring", "--")):
+            values = columns[f"{mate}_mesh_{planet}"] / 1e3
+            label = f"{mate}, planet {planet}"
+            meshes.plot(turns, values, f"C{planet - 1}{style}", label=label, linewidth=0.9)
+        tangential = -columns[f"pin_{planet}_force_tangential"] / 1e3
+        pins.plot(turns, tangential, label=f"pin {planet}", linewidth=0.9)
+        sharing.plot(turns, columns[f"share_{planet}"], label=f"planet {planet}", linewidth=0.9)
+    factor = columns["load_sharing_factor"].max()
+    for name in _BEARINGS:
+        radial = np.hypot(columns[f"{name}_y"], columns[f"{name}_z"]) / 1e3
+        bearings.plot(turns, radial, label=name.replace("_", " "), linewidth=0.9)
+    for name in _SHAFTS:
+        speed = columns[f"{name}_speed"]
+        ripple = (speed / speed.mean() - 1.0) * 100.0
+        label = f"{name}, {abs(speed.mean()) * 30.0 / np.pi:.4g} rpm"
+        speeds.plot(turns, ripple, label=label, linewidth=0.9)
+    for name in _ENERGIES:
+        energies.plot(turns, columns[f"energy_{name}"] / 1e3, label=name, linewidth=0.9)
+    imbalance = np.abs(columns["energy_imbalance"]).max()
+    torque = columns["generator_torque"].mean()
+    meshes.set(title="forces along the tooth normals", ylabel="kN")
+    pins.set(title="tangential pin forces, against the rotation", ylabel="kN")
+    sharing.set(title=f"load shares; sharing factor at most {factor:.4f}", ylabel="1")
+    bearings.set(title="radial bearing loads", ylabel="kN")
+    speeds.set(title=f"speeds less their means; generator torque {torque:.5g} N m", ylabel="%")
+    energies.set(title=f"energies since the start; {imbalance:.1e} J left over", ylabel="kJ")
+    for panel in (meshes, pins, sharing, bearings, speeds, energies):
+        panel.title.set_fontsize("medium")
+        panel.margins(y=0.25)
+        panel.legend(fontsize="x-small", ncols=2)
+        panel.grid(alpha=0.3)
+    for panel in (bearings, speeds, energies):
+        panel.set_xlabel("revolutions")
+    figure.suptitle(run)
+    return figure

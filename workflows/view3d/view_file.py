@@ -15,12 +15,16 @@ from carrierflex.files.json_files import save_text
 from carrierflex.files.whole_files import check_file_writable, refuse_foreign
 from carrierflex.geometry.view import rounded_magnification
 from carrierflex.workflows.progress import Stages
-from carrierflex.workflows.view3d.circles import band, circle, directions, pin_labels, pins
 from carrierflex.workflows.view3d.scene import (
     Control,
     Entry,
     Scene,
     SceneObject,
+    band,
+    circle,
+    directions,
+    pin_labels,
+    pins,
 )
 from carrierflex.workflows.view3d.view import scene_page
 

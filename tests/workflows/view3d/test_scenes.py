@@ -14,10 +14,9 @@ from carrierflex.geometry.view import rounded_magnification, torque_arrow
 from carrierflex.reduction.pin_fit import torque_curve
 from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.view3d.body_scene import body_scene
-from carrierflex.workflows.view3d.circles import directions
 from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.rim_scene import rim_scene
-from carrierflex.workflows.view3d.scene import feature_edges
+from carrierflex.workflows.view3d.scene import directions, feature_edges
 from carrierflex.workflows.view3d.view_file import _curve_scene
 
 
