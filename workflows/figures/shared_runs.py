@@ -59,8 +59,7 @@ from carrierflex.workflows.executors import SerialExecutor
 from carrierflex.workflows.fe.bodies import body_structure
 from carrierflex.workflows.fe.carrier_variants import (
     CarrierVariant,
-    flexible_variant,
-    stiff_variant,
+    carrier_variant,
 )
 from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
 
@@ -171,12 +170,12 @@ class SharedRuns:
     @cached_property
     def flexible(self) -> CarrierVariant:
         """Carrier without pins under the unit load cases."""
-        return flexible_variant(self.parameters, self.size)
+        return carrier_variant("flexible", self.parameters, self.size)
 
     @cached_property
     def stiff(self) -> CarrierVariant:
         """Carrier with bonded pins under the unit load cases."""
-        return stiff_variant(self.parameters, self.size)
+        return carrier_variant("stiff", self.parameters, self.size)
 
     @cached_property
     def curves(self) -> dict[str, DeflectionCurve]:

@@ -223,6 +223,7 @@ def _gap(
     import numpy as np
 
     from carrierflex.workflows.papers import gap_results as results
+    from carrierflex.workflows.papers.gap_laplace import most_probable
     from carrierflex.workflows.papers.gap_posterior import (
         COMPARED,
         GROUND,
@@ -231,7 +232,6 @@ def _gap(
         NAMES,
         PUBLISHED,
         SAMPLED_ERROR,
-        most_probable,
     )
 
     rng = np.random.default_rng(seed)

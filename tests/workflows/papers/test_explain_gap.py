@@ -27,7 +27,7 @@ from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.papers import gap_results
 from carrierflex.workflows.papers.explain_gap import PIN_FIT, Task, _read_samples
-from carrierflex.workflows.papers.gap_laplace import laplace
+from carrierflex.workflows.papers.gap_laplace import laplace, most_probable
 from carrierflex.workflows.papers.gap_posterior import (
     ALL_SENSORS,
     FACE,
@@ -43,7 +43,6 @@ from carrierflex.workflows.papers.gap_posterior import (
     Prior,
     Samples,
     comparison,
-    most_probable,
     sample,
     standard_errors,
 )
