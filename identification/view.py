@@ -26,9 +26,7 @@ from carrierflex.identification.carrier.printed_tables import (
 from carrierflex.identification.mounting.bushing_identification import BushingEstimate
 from carrierflex.identification.mounting.equivalent_mass import BendingResiduals
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, MountingRig
-from carrierflex.simulation.mounting.simulate import simulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -338,9 +336,8 @@ def bushing_signals_figure(
     records, titles = [], []
     for run in campaign.runs:
         estimate = estimates[run.name]
-        values = estimate.model.simulator_values(estimate.fit.values)
         inputs = MountingInputs.from_columns(run.time, run.inputs)
-        simulated = simulate(rig, parameter_array(rig, values), inputs).by_sensor()
+        simulated = estimate.simulated(rig, inputs).by_sensor()
         measured = np.column_stack([run.signals[c.name] for c in campaign.channels])
         by_model = np.column_stack([simulated[str(c.sensor)] for c in campaign.channels])
         records.append((run.time, measured, by_model))

@@ -46,9 +46,7 @@ from carrierflex.identification.view import (
     profile_figure,
 )
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
-from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.executors import check_workers, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
@@ -369,9 +367,8 @@ def _write_housing_motion(
     files, rms = [], {}
     for run in campaign.runs:
         estimate = estimates[run.name]
-        parameters = parameter_array(rig, estimate.model.simulator_values(estimate.fit.values))
         inputs = MountingInputs.from_columns(run.time, run.inputs)
-        simulated = rig.housing_motion(simulate(rig, parameters, inputs).signals)
+        simulated = rig.housing_motion(estimate.simulated(rig, inputs).signals)
         motions[run.name] = (run.time, measured[run.name], simulated)
         squares = [measured[run.name] ** 2, (measured[run.name] - simulated) ** 2]
         rms[run.name] = np.sqrt([np.nanmean(square, axis=0) for square in squares])

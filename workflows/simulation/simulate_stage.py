@@ -198,7 +198,7 @@ def main(
         for run in what.runs:
             with stages.stage(f"{run.name}, {what.duration:g} s"):
                 try:
-                    pieces = _pieces(model, what, run, rng)
+                    pieces = stage_pieces(model, what, run, rng)
                     if loads is not None:
                         means = None if back is None else back.means_of(run.name)
                         pieces = _with_loads(pieces, loads, run.name, model, means=means)
@@ -284,9 +284,10 @@ def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
     return default_curves() if curves is None else read_curves(curves)
 
 
-def _pieces(
-    model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator
+def stage_pieces(
+    model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator | None
 ) -> Iterator[StageResponse]:
+    """Pieces of a run of a case."""
     return simulate_stage(
         model,
         run.load,
