@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from carrierflex.files.json_files import read_document, save_json, save_text
 from carrierflex.files.versions import Software, Versions, software_name, versions
-from carrierflex.files.whole_files import refuse_foreign
+from carrierflex.files.whole_files import file_digest, refuse_foreign
 from carrierflex.identification.campaign.declarations import expected_columns
 from carrierflex.identification.campaign.document_files import read_campaign_header, run_file_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, RUN_SUFFIXES
@@ -210,7 +210,7 @@ def _diagnosed(
             )
     header = read_campaign_header(campaign)
     stated = (document.get("records") or {}).get("files", {}).get(DOCUMENT_NAME)
-    present = hashlib.sha256((campaign / DOCUMENT_NAME).read_bytes()).hexdigest()
+    present = file_digest(campaign / DOCUMENT_NAME)
     if stated is not None and stated != present:
         raise ValueError(
             f"{campaign / DOCUMENT_NAME}: has changed since {path} was written; expected the "
@@ -221,7 +221,7 @@ def _diagnosed(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     kinds = expected_columns(header.contract, header.channels, header.baseline)
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = file_digest(path)
     return rim, ExpectedColumns(kinds, others_allowed=True), document, digest
 
 

@@ -383,6 +383,12 @@ class Samples:
         log_l = log_likelihoods(self.numbers, amplitude_error, window)
         return self.log_volume + np.delete(log_l, without, axis=1).sum(axis=1)
 
+    def weights(self, without: tuple[int, ...] = ()) -> NDArray[np.float64]:
+        """Share of each point in the posterior with the middle error, shape (n,)."""
+        log_w = self.log_weights(SAMPLED_ERROR, without=without)
+        weights = np.exp(log_w - log_w.max())
+        return np.asarray(weights / weights.sum())
+
     def log_evidence(self, amplitude_error: float, window: float = 0.0) -> float:
         """Logarithm of the evidence."""
         if self.laplace_evidence:

@@ -54,10 +54,8 @@ def check_table(check: "CampaignCheck") -> RenderableType:
         f"check of {check.campaign}",
         *("about", "finding", "remedy", "line"),
         rows=rows or [("-", "no findings", "", "")],
+        folded=(1, 2, 3),
     )
-    for column in table.columns[1:]:
-        column.justify = "left"
-        column.overflow = "fold"
     return Group(table, _probe_table(check.probes)) if check.probes else table
 
 
@@ -173,9 +171,7 @@ def calibration_table(calibration: "Calibration") -> RenderableType:
             )
             for one in calibration.linear.orders
         ]
-    table = titled_table("calibration", "quantity", "value ± 95 %", rows=rows)
-    table.columns[1].justify = "left"
-    table.columns[1].overflow = "fold"
+    table = titled_table("calibration", "quantity", "value ± 95 %", rows=rows, folded=(1,))
     return Group(calibration.text, "", table)
 
 
@@ -329,10 +325,7 @@ def fleet_table(fleet: FleetDiagnosis) -> RenderableType:
     shown += [turbines, "", priors]
     if fleet.failed:
         rows = [(row.campaign, row.text) for row in fleet.failed]
-        table = titled_table("not diagnosed", "why", rows=rows)
-        table.columns[-1].justify = "left"
-        table.columns[-1].overflow = "fold"
-        shown += ["", table]
+        shown += ["", titled_table("not diagnosed", "why", rows=rows, folded=(1,))]
     return Group(*shown)
 
 
