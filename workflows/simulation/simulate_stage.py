@@ -61,7 +61,7 @@ from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
-from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
+from carrierflex.workflows.simulation.stage_bodies import stage_body_of_files
 from carrierflex.workflows.simulation.stage_stress import StageStresses, with_stress
 
 if TYPE_CHECKING:
@@ -257,18 +257,15 @@ def stage_body_of_case(
 
     `stresses` are rows of its files that the body is to read too.
     """
-    if what.bodies:
-        body = stage_body_of_files(
-            what.bodies,
-            what.pin_fit_stiffness,
-            size,
-            gear=what.data.gear,
-            main_shaft=what.main_shaft,
-            stresses=None if stresses is None else stresses.carrier,
-            pin_stresses=None if stresses is None else stresses.pin,
-        )
-    else:
-        body = default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)
+    body = stage_body_of_files(
+        what.bodies,
+        what.pin_fit_stiffness,
+        size,
+        gear=what.data.gear,
+        main_shaft=what.main_shaft,
+        stresses=None if stresses is None else stresses.carrier,
+        pin_stresses=None if stresses is None else stresses.pin,
+    )
     stated = what.rig["n_planets"]
     if body.n_planets != stated:
         raise ValueError(

@@ -187,7 +187,7 @@ class Table5Bodies:
 def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bodies:
     """Bodies from finite elements of `size` [m]; pin fit of the reference [N m/rad]."""
     from carrierflex.workflows.simulation.stage_bodies import (
-        made_rigid,
+        flexible_and_rigid_body,
         reduced_carrier_and_pin,
         stage_body_of,
     )
@@ -195,8 +195,7 @@ def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bo
     pin_fit = table_5_case("LC1").pin_fit_stiffness
     carrier, pin, _ = reduced_carrier_and_pin(size)
     return Table5Bodies(
-        stage_body_of(carrier, pin, pin_fit),
-        stage_body_of(made_rigid(carrier), pin, pin_fit),
+        *flexible_and_rigid_body(carrier, pin, pin_fit),
         stage_body_of(carrier, pin, reference_pin_fit),
     )
 
