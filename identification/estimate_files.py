@@ -49,36 +49,29 @@ def identification_document(
     dict
         Ready for a JSON writer; what is not finite is null.
     """
-    joint = isinstance(estimates, ParameterEstimate)
-    by_run = (
-        dict.fromkeys(estimates.rms_by_run, estimates)
-        if isinstance(estimates, ParameterEstimate)
-        else estimates
-    )
-    first = next(iter(by_run.values()))
-    texts = (
-        first.undetermined
-        if joint
-        else [
-            f"{run}: {text}" for run, estimate in by_run.items() for text in estimate.undetermined
-        ]
-    )
+    if isinstance(estimates, ParameterEstimate):
+        by_run = dict.fromkeys(estimates.rms_by_run, estimates)
+        every: Mapping[str, ParameterEstimate] = {"": estimates}
+    else:
+        by_run = every = dict(estimates)
+    first = next(iter(every.values()))
     content = {
         "format": FORMAT,
         "version": VERSION,
         "campaign": campaign,
         "model": first.model,
         "software": software_name(),
-        "shared": _parameters(first, SHARED) if joint else {},
+        "shared": _parameters(first, SHARED) if "" in every else {},
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
-        "undetermined": list(texts),
+        "undetermined": [
+            f"{run}: {text}".removeprefix(": ")
+            for run, estimate in every.items()
+            for text in estimate.undetermined
+        ],
         "outliers": outliers,
         "warnings": warnings,
         "covariance_source": first.covariance_source,
-        "correlation": {
-            key: _correlation(estimate)
-            for key, estimate in ({"": first} if joint else by_run).items()
-        },
+        "correlation": {run: _correlation(estimate) for run, estimate in every.items()},
         "model_runs": model_runs,
         "seconds": seconds,
     }

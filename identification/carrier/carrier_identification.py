@@ -138,7 +138,7 @@ def identify_jointly(
        linear in d_x, the two components of each tilt, rho_s and rho_f.
     """
     runs = campaign.within_use().runs
-    return _identify(runs, _fitted_channels(campaign, options), model, options)
+    return _identify(runs, fitted_channels(campaign, options), model, options)
 
 
 def identify_each_run(
@@ -168,7 +168,7 @@ def identify_each_run(
         As :func:`identify_jointly`.
     """
     each_run = model.each_run()
-    channels = _fitted_channels(campaign, options)
+    channels = fitted_channels(campaign, options)
     runs = campaign.within_use().runs
     return {run.name: _identify((run,), channels, each_run, options) for run in runs}
 
@@ -202,7 +202,8 @@ def identify_from_sums(
     return _parameter_estimate(model, equations, fit)
 
 
-def _fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
+def fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
+    """Sensors that the options ask for; refuses what :func:`axial_channels` refuses."""
     return rim_channels(campaign) if options.radial else axial_channels(campaign)
 
 
@@ -210,8 +211,13 @@ def fitted_equations(
     campaign: Campaign, model: CarrierModel, options: FitOptions
 ) -> list[NormalEquations]:
     """Sums of every run for the sensors and the loss that the options ask for."""
-    channels = _fitted_channels(campaign, options)
     runs = campaign.within_use().runs
+    return _equations(runs, fitted_channels(campaign, options), model, options)
+
+
+def _equations(
+    runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel, options: FitOptions
+) -> list[NormalEquations]:
     if options.huber:
         return huber_equations(runs, channels, model)
     return [normal_equations(run, channels, model) for run in runs]
@@ -220,16 +226,11 @@ def fitted_equations(
 def _identify(
     runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel, options: FitOptions
 ) -> ParameterEstimate:
-    if options.huber:
-        weighted = huber_equations(runs, channels, model)
-        estimate = identify_from_sums(weighted, model, options)
-        # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
-        return _with_residuals_of(
-            estimate, [normal_equations(run, channels, model) for run in runs]
-        )
-    return identify_from_sums(
-        [normal_equations(run, channels, model) for run in runs], model, options
-    )
+    estimate = identify_from_sums(_equations(runs, channels, model, options), model, options)
+    if not options.huber:
+        return estimate
+    # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
+    return _with_residuals_of(estimate, [normal_equations(run, channels, model) for run in runs])
 
 
 def fitted_signal(

@@ -18,9 +18,8 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import column_pieces
 from carrierflex.identification.carrier.carrier_identification import (
     FitOptions,
-    axial_channels,
+    fitted_channels,
     identify_from_sums,
-    rim_channels,
 )
 from carrierflex.identification.carrier.models import CarrierModel
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
@@ -259,7 +258,7 @@ def identify_in_pieces(
         head = next(pieces)
         heads.append(head)
         campaign = header.with_records([head])
-        channels = rim_channels(campaign) if options.radial else axial_channels(campaign)
+        channels = fitted_channels(campaign, options)
         equations.append(streamed_equations(chain([head], pieces), channels, largest))
     estimates: dict[str, Mapping[str, ParameterEstimate]] = {}
     for model in models:

@@ -14,7 +14,7 @@ import pyarrow.csv as pa_csv
 
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shortened
-from carrierflex.identification.logs.log_table import FloatArray, LogTable
+from carrierflex.identification.logs.log_table import FloatArray, LogTable, different_names
 
 #: Bytes at the beginning of the file that are looked at.
 HEAD = 65_536
@@ -271,10 +271,9 @@ def _names_and_units(lines: list[str], dialect: Dialect) -> tuple[list[str], dic
         return [f"column {number + 1}" for number in range(width)], {}
     names = cells_of(lines[dialect.header].lstrip("#% "), dialect.separator)
     names += [""] * (width - len(names))
-    different: list[str] = []
-    for number, name in enumerate(names):
-        title = " ".join(name.split()) or f"column {number + 1}"
-        different.append(title if title not in different else f"{title} ({number + 1})")
+    different = different_names(
+        [" ".join(name.split()) or f"column {k}" for k, name in enumerate(names, start=1)]
+    )
     if dialect.units is None:
         return different, {}
     units = cells_of(lines[dialect.units].lstrip("#% "), dialect.separator)
