@@ -1,5 +1,6 @@
 """Files that appear whole or not at all: written under another name, then renamed."""
 
+import hashlib
 import os
 import re
 import tempfile
@@ -42,6 +43,12 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def check_file_writable(path: Path) -> None:

@@ -1,12 +1,11 @@
-"""Writing of identification.json."""
+"""Content of identification.json."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import plain
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
@@ -50,54 +49,34 @@ def identification_document(
     dict
         Ready for a JSON writer; what is not finite is null.
     """
-    joint = isinstance(estimates, ParameterEstimate)
-    by_run = (
-        dict.fromkeys(estimates.rms_by_run, estimates)
-        if isinstance(estimates, ParameterEstimate)
-        else estimates
-    )
-    first = next(iter(by_run.values()))
-    texts = (
-        first.undetermined
-        if joint
-        else [
-            f"{run}: {text}" for run, estimate in by_run.items() for text in estimate.undetermined
-        ]
-    )
+    if isinstance(estimates, ParameterEstimate):
+        by_run = dict.fromkeys(estimates.rms_by_run, estimates)
+        every: Mapping[str, ParameterEstimate] = {"": estimates}
+    else:
+        by_run = every = dict(estimates)
+    first = next(iter(every.values()))
     content = {
         "format": FORMAT,
         "version": VERSION,
         "campaign": campaign,
         "model": first.model,
         "software": software_name(),
-        "shared": _parameters(first, SHARED) if joint else {},
+        "shared": _parameters(first, SHARED) if "" in every else {},
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
-        "undetermined": list(texts),
+        "undetermined": [
+            f"{run}: {text}".removeprefix(": ")
+            for run, estimate in every.items()
+            for text in estimate.undetermined
+        ],
         "outliers": outliers,
         "warnings": warnings,
         "covariance_source": first.covariance_source,
-        "correlation": {
-            key: _correlation(estimate)
-            for key, estimate in ({"": first} if joint else by_run).items()
-        },
+        "correlation": {run: _correlation(estimate) for run, estimate in every.items()},
         "model_runs": model_runs,
         "seconds": seconds,
     }
     document: dict[str, Any] = plain(content)
     return document
-
-
-def write_identification(path: Path, document: Mapping[str, Any]) -> None:
-    """Write identification.json; the file appears complete or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its folder exists.
-    document : mapping
-        Result of :func:`identification_document`.
-    """
-    save_json(path, document)
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:

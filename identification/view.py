@@ -1,4 +1,4 @@
-"""Figures of the identification, after figures 9 to 11 of the 2012 paper.
+"""Figures of the identification, after figures 9 to 11 of the 2012 and 7 and 10 of the 2011 paper.
 
 Matplotlib is imported late.
 """
@@ -24,15 +24,18 @@ from carrierflex.identification.carrier.printed_tables import (
     Printed,
 )
 from carrierflex.identification.mounting.bushing_identification import BushingEstimate
+from carrierflex.identification.mounting.equivalent_mass import BendingResiduals
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameter_arrays import parameter_array
-from carrierflex.simulation.mounting.rig import MountingRig
-from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION, MountingRig
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Time [s] with measured and simulated columns, shapes (n, m), in metres and radians.
+MotionRecord = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+#: Samples of a channel of bending moments that are drawn.
+_MOST_SAMPLES = 2000
 #: Factor and unit a quantity is plotted in.
 _SCALES = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, "-")}
 _COLOURS = {"m1": "#d55e00", "m2": "#0072b2"}
@@ -329,40 +332,57 @@ def bushing_signals_figure(
     Figure
         One panel a channel and run.
     """
+    rig = MountingRig.from_table(campaign.rig)
+    records, titles = [], []
+    for run in campaign.runs:
+        estimate = estimates[run.name]
+        inputs = MountingInputs.from_columns(run.time, run.inputs)
+        simulated = estimate.simulated(rig, inputs).by_sensor()
+        measured = np.column_stack([run.signals[c.name] for c in campaign.channels])
+        by_model = np.column_stack([simulated[str(c.sensor)] for c in campaign.channels])
+        records.append((run.time, measured, by_model))
+        rms = f"RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors"
+        titles.append(f"{literal(run.name)}, {rms}")
+    labels = [f"{literal(channel.name)}, mm" for channel in campaign.channels]
+    return _records_figure(records, titles, labels, next(iter(estimates.values())).model.name)
+
+
+def housing_motion_figure(motions: Mapping[str, MotionRecord]) -> "Figure":
+    """Six motions of the housing over time, one column a run (figures 7 and 10 of the 2011 paper).
+
+    Parameters
+    ----------
+    motions : mapping of str to MotionRecord
+        Time, measured and simulated motion by run.
+
+    Returns
+    -------
+    Figure
+        Six panels a run, displacements in mm and rotations in mrad.
+    """
+    labels = [f"{name}, {'mm' if name.startswith('d') else 'mrad'}" for name in HOUSING_MOTION]
+    return _records_figure([*motions.values()], [literal(r) for r in motions], labels, "simulated")
+
+
+def _records_figure(
+    records: Sequence[MotionRecord], titles: Sequence[str], labels: Sequence[str], model: str
+) -> "Figure":
+    """Measured and simulated columns over time, a thousandth of their unit; a column a record."""
     from matplotlib.figure import Figure
 
-    channels, runs = campaign.channels, campaign.runs
     figure = Figure(
-        figsize=(5.5 * len(runs) + 1.0, 1.7 * len(channels) + 0.8), layout="constrained"
+        figsize=(5.5 * len(records) + 1.0, 1.7 * len(labels) + 0.8), layout="constrained"
     )
-    panels = figure.subplots(len(channels), len(runs), sharex="col", squeeze=False)
-    rig = MountingRig.from_table(campaign.rig)
-    for column, run in enumerate(runs):
-        estimate = estimates[run.name]
-        values = estimate.model.simulator_values(estimate.fit.values)
-        inputs = MountingInputs.from_columns(run.time, run.inputs)
-        simulated = simulate(rig, parameter_array(rig, values), inputs).by_sensor()
-        for row, channel in enumerate(channels):
-            axes = panels[row, column]
-            axes.plot(
-                run.time,
-                run.signals[channel.name] * 1e3,
-                color="0.6",
-                linewidth=1.2,
-                label="measured",
-            )
-            axes.plot(
-                run.time,
-                simulated[str(channel.sensor)] * 1e3,
-                color="#0072b2",
-                linewidth=0.8,
-                label=estimate.model.name,
-            )
-            axes.set_ylabel(f"{literal(channel.name)}, mm")
-        panels[0, column].set_title(
-            f"{literal(run.name)}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors"
-        )
-        panels[-1, column].set_xlabel("time, s")
+    panels = figure.subplots(len(labels), len(records), sharex="col", squeeze=False)
+    for column, (time, measured, simulated), title in zip(panels.T, records, titles, strict=True):
+        for axes, label, actual, by_model in zip(
+            column, labels, measured.T, simulated.T, strict=True
+        ):
+            axes.plot(time, actual * 1e3, color="0.6", linewidth=1.2, label="measured")
+            axes.plot(time, by_model * 1e3, color="#0072b2", linewidth=0.8, label=model)
+            axes.set_ylabel(label)
+        column[0].set_title(title)
+        column[-1].set_xlabel("time, s")
     panels[0, 0].legend(loc="lower right")
     return figure
 
@@ -391,4 +411,45 @@ def profile_figure(
         axes.plot(values, (cost - 1.0) * 100.0, "o-")
         axes.set(title=name, xlabel="value, SI units", ylabel="cost above the least, %")
         axes.grid(alpha=0.3)
+    return figure
+
+
+def bending_figure(residuals: BendingResiduals, estimate: ParameterEstimate) -> "Figure":
+    """Measured and identified moments over the shaft's angle, one panel a channel."""
+    from matplotlib.figure import Figure
+
+    channels = residuals.campaign.channels
+    figure = Figure(figsize=(11.0, 2.2 + 2.2 * len(channels)), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(len(channels), 1, sharex=True))
+    for number, run in enumerate(residuals.campaign.runs):
+        predicted = residuals.moments(estimate.values, run.name)
+        every = max(1, run.time.size // _MOST_SAMPLES)
+        turn = np.rad2deg(run.inputs["carrier_angle"][::every]) % 360.0
+        order = np.argsort(turn)
+        for panel, channel in zip(panels, channels, strict=True):
+            measured, fitted = run.signals[channel.name], predicted[channel.name]
+            zero = np.nanmean(measured - fitted)
+            panel.plot(
+                turn,
+                measured[::every] / 1e3,
+                ".",
+                color=f"C{number}",
+                ms=2,
+                alpha=0.5,
+                label=f"{run.name}, measured",
+            )
+            panel.plot(
+                turn[order],
+                (fitted + zero)[::every][order] / 1e3,
+                ".",
+                color="black",
+                ms=1,
+                label="identified" if number == 0 else None,
+            )
+            panel.set_ylabel(f"{channel.name} [kN m]")
+    for panel in panels:
+        panel.grid(alpha=0.3)
+    panels[0].legend(fontsize="small", markerscale=4)
+    panels[-1].set(xlabel="angle of the shaft [deg]", xlim=(0.0, 360.0))
+    figure.suptitle(residuals.campaign.name)
     return figure

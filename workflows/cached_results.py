@@ -24,7 +24,7 @@ from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.temporary_names import remove_abandoned
 from carrierflex.files.versions import versions
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_files import file_digest, whole_file
 from carrierflex.files.whole_folders import unfinished_folder
 
 log = logging.getLogger(__name__)
@@ -171,7 +171,7 @@ class CacheStore:
         try:
             for name, path in files.items():
                 shutil.copyfile(path, unfinished / name)
-            digests = {name: _digest(unfinished / name) for name in files}
+            digests = {name: file_digest(unfinished / name) for name in files}
             header = {
                 "format": FORMAT,
                 "version": VERSION,
@@ -245,11 +245,6 @@ def _damage(entry: Path, key: str, names: Collection[str]) -> str | None:
     for name in names:
         if name not in files or not (entry / name).is_file():
             return f"{name} is missing"
-        if _digest(entry / name) != files[name]:
+        if file_digest(entry / name) != files[name]:
             return f"{name} was changed after it was written"
     return None
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

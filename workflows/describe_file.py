@@ -7,7 +7,7 @@ own where its library can be brought down.
 import struct
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -98,7 +98,7 @@ class FileDescription:
     kind: str
     figures: Mapping[str, str]
     software: str = ""
-    commands: tuple[str, ...] = field(default=())
+    commands: tuple[str, ...] = ()
 
 
 def main(file: Path) -> FileDescription:
@@ -161,13 +161,7 @@ def _folder(folder: Path) -> FileDescription:
     if name == "campaign.toml":
         return _campaign(folder)
     described = main(folder / name)
-    return FileDescription(
-        folder,
-        f"folder with {name}: {described.kind}",
-        described.figures,
-        described.software,
-        described.commands,
-    )
+    return replace(described, path=folder, kind=f"folder with {name}: {described.kind}")
 
 
 def _campaign(folder: Path) -> FileDescription:
@@ -244,23 +238,9 @@ def _json(path: Path) -> FileDescription:
 
 
 def _hdf5(path: Path) -> FileDescription:
-    import h5py
+    from carrierflex.reduction.body_files import FORMAT, has_fields, read_body, read_certificate
 
-    from carrierflex.files.hdf5_trial import try_hdf5
-    from carrierflex.reduction.body_files import (
-        FORMAT,
-        has_fields,
-        read_body,
-        read_certificate,
-    )
-
-    try_hdf5(path)
-    try:
-        with h5py.File(path, "r") as stored:
-            is_body = stored.attrs.get("format") == FORMAT
-    except (OSError, RuntimeError) as error:
-        raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
-    if not is_body:
+    if not _told_of_hdf5(path, lambda stored: stored.attrs.get("format") == FORMAT):
         return _log(path)
     body, certificate = read_body(path), read_certificate(path)
     has_shapes = has_fields(path, "shapes")
@@ -302,6 +282,11 @@ def _foreign_body(path: Path) -> FileDescription:
 
 
 def _body_or_log(path: Path) -> FileDescription:
+    is_body = _told_of_hdf5(path, lambda stored: "massMatrix" in stored)
+    return (_foreign_body if is_body else _log)(path)
+
+
+def _told_of_hdf5(path: Path, told: Callable[[Any], bool]) -> bool:
     import h5py
 
     from carrierflex.files.hdf5_trial import try_hdf5
@@ -309,10 +294,9 @@ def _body_or_log(path: Path) -> FileDescription:
     try_hdf5(path)
     try:
         with h5py.File(path, "r") as stored:
-            is_body = "massMatrix" in stored
+            return told(stored)
     except (OSError, RuntimeError) as error:
         raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
-    return (_foreign_body if is_body else _log)(path)
 
 
 def _csv(path: Path) -> FileDescription:

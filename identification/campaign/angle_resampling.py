@@ -3,6 +3,8 @@
 What orders and averages over revolutions are computed from.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -58,17 +60,14 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
         )
     grid = 2.0 * np.pi * np.arange(n_revolutions * samples_per_revolution) / samples_per_revolution
     inputs = {name: _interpolated(travel, values, grid) for name, values in run.inputs.items()}
-    return Run(
-        name=run.name,
-        file=run.file,
-        condition=run.condition,
+    return replace(
+        run,
         time=_interpolated(travel, run.time, grid),
         inputs={**inputs, "carrier_angle": angle[0] + direction * grid},
         signals={name: _interpolated(travel, values, grid) for name, values in run.signals.items()},
         predictions={
             name: _interpolated(travel, values, grid) for name, values in run.predictions.items()
         },
-        use=run.use,
     )
 
 

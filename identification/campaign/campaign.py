@@ -9,15 +9,14 @@ from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any
 
-from carrierflex.files.problems import refuse
+from carrierflex.files.problems import refuse, repeated_names
 from carrierflex.identification.campaign.campaign_kinds import CampaignKind, campaign_kind
 from carrierflex.identification.campaign.declarations import (
     Baseline,
     Channel,
     InputSignal,
     baseline_conflicts,
-    check_channels,
-    check_different,
+    channel_conflicts,
     column_conflicts,
     expected_columns,
     input_conflicts,
@@ -82,9 +81,9 @@ class Campaign:
             )
         refuse(f"[baseline]: {conflict}" for conflict in baseline_conflicts(self.baseline, kind))
         refuse(input_conflicts(self.inputs, kind))
-        check_channels(self.channels, kind)
+        refuse(channel_conflicts(self.channels, kind))
         for what in ("name", "file"):
-            check_different([getattr(run, what) for run in self.runs], f"[[runs]] {what}")
+            refuse(repeated_names([getattr(run, what) for run in self.runs], f"[[runs]] {what}"))
         expected = expected_columns(kind, self.channels, self.baseline)
         for run in self.runs:
             refuse(column_conflicts(["time", *run.columns()], expected, f"run {run.name}"))

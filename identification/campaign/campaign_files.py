@@ -1,6 +1,5 @@
 """Reading and writing of campaign folders: campaign.toml with one CSV or Parquet file a run."""
 
-import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -17,7 +16,7 @@ import tomli_w
 from carrierflex.files.problems import Problems, problems_of, refuse, repeated_names
 from carrierflex.files.temporary_store import TemporaryStore
 from carrierflex.files.versions import software_name
-from carrierflex.files.whole_files import errors_naming
+from carrierflex.files.whole_files import errors_naming, file_digest
 from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_header import (
@@ -49,8 +48,6 @@ from carrierflex.identification.campaign.run_files import (
 CASE_COPY = "case.toml"
 #: Copies of the law files that a case was simulated with, by number.
 LAW_COPY = "law_{}.toml"
-
-
 #: Bytes of all records up to which they are kept in memory.
 _IN_MEMORY = 200_000_000
 
@@ -94,18 +91,7 @@ def read_campaign(folder: Path, *, bending: bool = False) -> Campaign:
         with problems.at():
             records.add(_read_run(folder, entry, header, expected))
     refuse(problems.messages)
-    return Campaign(
-        kind=header.contract.name,
-        name=header.name,
-        baseline=header.baseline,
-        rig=header.rig,
-        channels=header.channels,
-        runs=records.runs,
-        inputs=header.inputs,
-        notes=tuple(_left_out(folder, header, expected)),
-        turbine=header.turbine,
-        recorded=header.recorded,
-    )
+    return header.with_records(records.runs, _left_out(folder, header, expected))
 
 
 def _of_quantity(header: CampaignHeader, *, bending: bool) -> CampaignHeader:
@@ -324,7 +310,7 @@ def _write_run(run: Run, path: Path) -> None:
 
 def _simulated_mark(folder: Path, files: Iterable[str]) -> SimulatedMark:
     """Mark of the run files that stand in a folder."""
-    return SimulatedMark(software_name(), {name: _digest(folder / name) for name in files})
+    return SimulatedMark(software_name(), {name: file_digest(folder / name) for name in files})
 
 
 def _first_other_file(mark: SimulatedMark, folder: Path, files: Iterable[str]) -> str | None:
@@ -334,14 +320,9 @@ def _first_other_file(mark: SimulatedMark, folder: Path, files: Iterable[str]) -
         path = folder / name
         if name not in files or name not in mark.sha256 or not path.is_file():
             return name
-        if _digest(path) != mark.sha256[name]:
+        if file_digest(path) != mark.sha256[name]:
             return name
     return None
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 class KeptRuns:

@@ -8,6 +8,7 @@ from typing import Any
 from carrierflex.files.problems import refuse
 from carrierflex.files.shown_values import shown
 from carrierflex.files.toml_files import TomlKind, check_header, checked_document
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_kinds import (
     KIND_NAMES,
     CampaignKind,
@@ -21,6 +22,7 @@ from carrierflex.identification.campaign.declarations import (
     input_conflicts,
 )
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
+from carrierflex.identification.campaign.records import Run
 
 CAMPAIGN_FILE = TomlKind(
     "a campaign",
@@ -60,6 +62,21 @@ class CampaignHeader:
     simulated: SimulatedMark | None = None
     turbine: str = ""
     recorded: date | None = None
+
+    def with_records(self, runs: Iterable[Run], notes: Iterable[str] = ()) -> Campaign:
+        """The campaign of these records."""
+        return Campaign(
+            kind=self.contract.name,
+            name=self.name,
+            baseline=self.baseline,
+            rig=self.rig,
+            channels=self.channels,
+            runs=tuple(runs),
+            inputs=self.inputs,
+            notes=tuple(notes),
+            turbine=self.turbine,
+            recorded=self.recorded,
+        )
 
 
 def campaign_header(

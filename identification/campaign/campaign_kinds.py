@@ -51,40 +51,37 @@ class CampaignKind:
     any_unit: bool = False
 
 
-def _published(kind: str) -> dict[str, tuple[str, ...]]:
-    """Published names of the parameters of every effect."""
-    return {name: tuple(names) for name, names in _NAMES[kind]["parameters"].items()}
-
-
-def _partners(kind: str) -> dict[tuple[str, str], str]:
-    """Other half of every vector of the effects."""
+def _kind(
+    name: str,
+    inputs: Mapping[str, str],
+    quantities: Mapping[str, str],
+    of_baseline: tuple[str, ...] = (),
+    any_unit: bool = False,
+) -> CampaignKind:
+    """Contract of a kind with the published effects and the baseline's own parameters."""
+    published = {effect: tuple(names) for effect, names in _NAMES[name]["parameters"].items()}
     partners: dict[tuple[str, str], str] = {}
-    for name, angles in _NAMES[kind]["angles"].items():
+    for effect, angles in _NAMES[name]["angles"].items():
         for size, angle in angles.items():
-            partners[name, size] = angle
-            partners[name, angle] = size
-    return partners
+            partners |= {(effect, size): angle, (effect, angle): size}
+    parameters = {"baseline": of_baseline, **published} if of_baseline else published
+    return CampaignKind(name, inputs, quantities, tuple(published), parameters, partners, any_unit)
 
 
-CARRIER = CampaignKind(
-    name="carrier",
-    inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
-    quantities={"axial_displacement": "m", "radial_displacement": "m"},
-    effects=tuple(_published("carrier")),
-    parameters=_published("carrier"),
-    partners=_partners("carrier"),
+CARRIER = _kind(
+    "carrier",
+    {"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
+    {"axial_displacement": "m", "radial_displacement": "m"},
 )
 
 #: Bending moment of the main shaft about an axis that turns with it.
 BENDING = "shaft_bending_moment"
 
-MOUNTING = CampaignKind(
-    name="mounting",
-    inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
-    quantities={"housing_displacement": "m", BENDING: "N m"},
-    effects=tuple(_published("mounting")),
-    parameters={"baseline": ("K1", "C1"), **_published("mounting")},
-    partners=_partners("mounting"),
+MOUNTING = _kind(
+    "mounting",
+    {"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
+    {"housing_displacement": "m", BENDING: "N m"},
+    of_baseline=("K1", "C1"),
 )
 
 
@@ -102,15 +99,7 @@ def _carrier(facts: Mapping[str, Any]) -> CampaignKind:
 
 
 def _element(inputs: Mapping[str, str], quantity: str, unit: str) -> CampaignKind:
-    return CampaignKind(
-        name="element",
-        inputs=inputs,
-        quantities={quantity: unit},
-        effects=tuple(_published("element")),
-        parameters={"baseline": ("m", "K1", "C1", "f0"), **_published("element")},
-        partners=_partners("element"),
-        any_unit=True,
-    )
+    return _kind("element", inputs, {quantity: unit}, ("m", "K1", "C1", "f0"), any_unit=True)
 
 
 #: One mount, damper or spring, by what drives it.

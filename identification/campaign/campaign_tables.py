@@ -1,6 +1,6 @@
 """What campaign.toml holds, one top table a kind of campaign (versions 1 and 2 of the contract)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
@@ -66,21 +66,41 @@ from carrierflex.simulation.element.drives import BASE, FREE_DECAY
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 
-def _channels_of_kind(kind: CampaignKind) -> AfterValidator:
-    """Check of a list of channels: what the kind does not allow is refused."""
+def channels_of(
+    tables: Sequence[ChannelTable],
+    kind: CampaignKind,
+) -> tuple[tuple[Channel, ...], tuple[InputSignal, ...]]:
+    """Channels of the tables, and the inputs that a voltage analogue declares among them."""
+    channels: list[Channel] = []
+    inputs: list[InputSignal] = []
+    problems = Problems()
+    for table in tables:
+        if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
+            inputs.append(input_of(table))
+            continue
+        with problems.at():
+            channels.append(channel_of(table))
+    problems.messages += channel_conflicts(channels, kind)
+    if not channels and not problems.messages:
+        problems.messages.append(
+            "[[channels]]: every channel is an input; expected at least one measured channel",
+        )
+    refuse(problems.messages)
+    return tuple(channels), tuple(inputs)
 
-    def checked(tables: list[ChannelTable]) -> list[ChannelTable]:
-        channels_of(tables, kind)
-        return tables
 
-    return AfterValidator(checked)
+def inputs_of(tables: Sequence[InputTable], kind: CampaignKind) -> tuple[InputSignal, ...]:
+    """Inputs that the tables declare."""
+    inputs = tuple(input_of(table) for table in tables)
+    refuse(input_conflicts(inputs, kind))
+    return inputs
 
 
-def _inputs_of_kind(kind: CampaignKind) -> AfterValidator:
-    """Check of a list of inputs: what the kind does not allow is refused."""
+def _allowed(read: Callable[[Any, CampaignKind], object], kind: CampaignKind) -> AfterValidator:
+    """Check of a list of channels or inputs: what the kind does not allow is refused."""
 
-    def checked(tables: list[InputTable]) -> list[InputTable]:
-        inputs_of(tables, kind)
+    def checked(tables: list[TomlTable]) -> list[TomlTable]:
+        read(tables, kind)
         return tables
 
     return AfterValidator(checked)
@@ -339,9 +359,9 @@ class CarrierCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[CarrierChannelTable],
         Field(min_length=1),
-        _channels_of_kind(CARRIER),
+        _allowed(channels_of, CARRIER),
     ] = key("Sensors")
-    inputs: Annotated[list[CarrierInputTable], _inputs_of_kind(CARRIER)] = key(
+    inputs: Annotated[list[CarrierInputTable], _allowed(inputs_of, CARRIER)] = key(
         "What is known of the errors of input columns", since=2, default_factory=list
     )
 
@@ -357,9 +377,9 @@ class MountingCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[MountingChannelTable],
         Field(min_length=1),
-        _channels_of_kind(MOUNTING),
+        _allowed(channels_of, MOUNTING),
     ] = key("Sensors")
-    inputs: Annotated[list[InputTable], _inputs_of_kind(MOUNTING)] = key(
+    inputs: Annotated[list[InputTable], _allowed(inputs_of, MOUNTING)] = key(
         "What is known of the errors of input columns", since=2, default_factory=list
     )
 
@@ -420,33 +440,3 @@ DOCUMENT_OF_KIND: dict[str, type[CampaignDocument]] = {
     "mounting": MountingCampaignDocument,
     "element": ElementCampaignDocument,
 }
-
-
-def channels_of(
-    tables: Sequence[ChannelTable],
-    kind: CampaignKind,
-) -> tuple[tuple[Channel, ...], tuple[InputSignal, ...]]:
-    """Channels of the tables, and the inputs that a voltage analogue declares among them."""
-    channels: list[Channel] = []
-    inputs: list[InputSignal] = []
-    problems = Problems()
-    for table in tables:
-        if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
-            inputs.append(input_of(table))
-            continue
-        with problems.at():
-            channels.append(channel_of(table))
-    problems.messages += channel_conflicts(channels, kind)
-    if not channels and not problems.messages:
-        problems.messages.append(
-            "[[channels]]: every channel is an input; expected at least one measured channel",
-        )
-    refuse(problems.messages)
-    return tuple(channels), tuple(inputs)
-
-
-def inputs_of(tables: Sequence[InputTable], kind: CampaignKind) -> tuple[InputSignal, ...]:
-    """Inputs that the tables declare."""
-    inputs = tuple(input_of(table) for table in tables)
-    refuse(input_conflicts(inputs, kind))
-    return inputs

@@ -170,17 +170,6 @@ class SimulatedMark:
         return {"software": self.software, "sha256": dict(self.sha256)}
 
 
-def check_different(names: Iterable[str], what: str) -> None:
-    """Refuse names that stand twice.
-
-    Raises
-    ------
-    ValueError
-        Where a name repeats.
-    """
-    refuse(repeated_names(names, what))
-
-
 def candidates_of(baseline: Baseline, kind: CampaignKind) -> tuple[str, ...]:
     """Ids of the effects that may be missing in a baseline, causes inside its stage among them."""
     return (*kind.effects, *(STAGE_EFFECTS if baseline.case else ()))
@@ -249,17 +238,6 @@ def _is_unit(unit: str, expected: str, kind: CampaignKind) -> bool:
     return unit not in others
 
 
-def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
-    """Refuse channels whose name, quantity or unit the kind does not allow.
-
-    Raises
-    ------
-    ValueError
-        Where a name repeats or is that of an input, a quantity is unknown, or a unit is wrong.
-    """
-    refuse(channel_conflicts(channels, kind))
-
-
 def channel_conflicts(channels: Iterable[Channel], kind: CampaignKind) -> Iterator[str]:
     """One text for everything that the kind does not allow in the channels."""
     channels = tuple(channels)
@@ -291,7 +269,7 @@ def expected_columns(
     predictions = (
         [name + PREDICTION_SUFFIX for name in names] if baseline.source == "columns" else []
     )
-    check_different([*names, *predictions], "column")
+    refuse(repeated_names([*names, *predictions], "column"))
     return {
         **dict.fromkeys(kind.inputs, "input"),
         **dict.fromkeys(names, "channel"),

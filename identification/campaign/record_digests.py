@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import plain
+from carrierflex.files.whole_files import file_digest
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.identification.campaign.records import Run
@@ -55,7 +56,7 @@ def record_digests(campaign: Campaign, folder: Path) -> RecordDigests:
     return RecordDigests(
         measured=hashlib.sha256(lines.encode()).hexdigest(),
         runs=runs,
-        files={name: _file_digest(folder / name) for name in dict.fromkeys(names)},
+        files={name: file_digest(folder / name) for name in dict.fromkeys(names)},
     )
 
 
@@ -72,8 +73,3 @@ def _bytes(values: NDArray[np.float64]) -> bytes:
     """Samples as little-endian doubles; every missing sample is the same."""
     one_nan = np.where(np.isnan(values), np.nan, values)
     return one_nan.astype("<f8").tobytes()
-
-
-def _file_digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -50,17 +50,6 @@ def simulated_campaign(
     Campaign
         Its baseline holds the axial offset alone: no misalignment, no flexibility.
     """
-    channels = tuple(
-        Channel(
-            sensor.name,
-            sensor.quantity,
-            "m",
-            angle=sensor.angle,
-            radius=sensor.radius,
-            noise_std=noise_std or None,
-        )
-        for sensor in sensors
-    )
     records = tuple(
         Run(
             name=case.name,
@@ -77,13 +66,36 @@ def simulated_campaign(
         )
         for case, response in runs
     )
+    return rim_campaign(name, sensors, records, rig=rig, noise_std=noise_std)
+
+
+def rim_campaign(
+    name: str,
+    sensors: Sequence[Sensor],
+    runs: Sequence[Run],
+    *,
+    rig: Mapping[str, Any],
+    noise_std: float,
+) -> Campaign:
+    """Campaign of kind ``carrier`` of simulated records; arguments as of `simulated_campaign`."""
+    channels = tuple(
+        Channel(
+            sensor.name,
+            sensor.quantity,
+            "m",
+            angle=sensor.angle,
+            radius=sensor.radius,
+            noise_std=noise_std or None,
+        )
+        for sensor in sensors
+    )
     return Campaign(
         kind="carrier",
         name=name,
         baseline=Baseline("model", ("axial_offset",)),
         rig={**rig, "deflection_curves": CURVES_FILE},
         channels=channels,
-        runs=records,
+        runs=tuple(runs),
     )
 
 

@@ -35,8 +35,6 @@ _GAP, _JITTER = 3.0, 0.2
 _BEYOND_SECOND_ORDER = 4
 #: Share of the power of a drive above 0.8 of half the sampling rate.
 _HIGHEST_SHARE = 0.05
-
-
 #: Values of an input that is read coarsely (fewer are set points), and share of the samples at
 #: which it changes (less is a staircase).
 _FEWEST_LEVELS, _MOST_LEVELS, _MOVES = 10, 300, 0.02
@@ -44,8 +42,6 @@ _FEWEST_LEVELS, _MOST_LEVELS, _MOVES = 10, 300, 0.02
 _ON_GRID, _MOST_ON_GRID = 0.05, 0.9
 #: A shift below this share of a step of time changes nothing that is measured.
 _NOTICED = 0.1
-
-
 _Curves = Mapping[str, DeflectionCurve]
 #: Radius of a sensor beside that of the rig.
 _RADIUS = 0.05

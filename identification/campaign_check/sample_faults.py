@@ -16,11 +16,13 @@ from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
 from carrierflex.identification.campaign_check.sample_statistics import (
+    STUCK,
     expected_equal,
     expected_zeros,
     moving,
     neighbour_noise,
     quantisation_step,
+    repeats,
     stretches,
 )
 
@@ -29,8 +31,6 @@ BoolArray = NDArray[np.bool_]
 
 #: Equal neighbours in a row that make a plateau at an extreme, and samples in such plateaus.
 _PLATEAU, _CLIPPED = 3, 5
-#: Equal neighbours in a row that are a stuck sensor.
-_STUCK = 6
 #: Distance of an outlier from what its neighbours say, over the median distance.
 _FAR = 15.0
 #: Quantisation step over the noise: its error has 0.29 of the step, from here on half a floor.
@@ -45,8 +45,6 @@ _NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS, _NEAREST = 0.1, 0.7, 8, 0.
 #: Phase [rad] of a signal's mean frequency over which a parabola follows it, and the most that it
 #: leaves of a signal with its sign over what it leaves of one without.
 _PHASE, _FAR_LESS = 0.5, 0.5
-
-
 #: Times that a reading begins anew at least. Once it goes on beyond its range: the new range over
 #: the old one, at least, and what is left of the square of its second differences, at most. Of a
 #: square wave beside a slower motion, as of dry friction, as little is left over 0.48 of the range.
@@ -99,7 +97,7 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
         moves, turns = moving(run), _turns(run)
         for channel in campaign.channels:
             signal = _Signal(run, channel, run.signals[channel.name], moves, turns)
-            if np.count_nonzero(np.isfinite(signal.values)) > 2 * _STUCK:
+            if np.count_nonzero(np.isfinite(signal.values)) > 2 * STUCK:
                 for check in checks:
                     yield from check(signal)
 
@@ -141,15 +139,7 @@ def _clipping(signal: _Signal) -> Iterator[CampaignWarning]:
 def _stuck(signal: _Signal) -> Iterator[CampaignWarning]:
     """Long stretches of one value, and samples that repeat the one before."""
     values = signal.values
-    equal = np.concatenate([[False], np.diff(values) == 0.0]) & signal.moves
-    inside = (values != np.nanmax(values)) & (values != np.nanmin(values))
-    all_stretches = [(a, b) for a, b in stretches(equal & inside)]
-    chance = expected_equal(values)
-    share = min(chance / values.size, 1.0)
-    length = _STUCK
-    if share > 0.0:
-        # Chance makes a stretch this long less than once in a million records.
-        length = max(length, int(np.ceil(np.log(1e-6 / values.size) / np.log(min(share, 0.97)))))
+    all_stretches, length = repeats(values, signal.moves)
     long = [(a, b) for a, b in all_stretches if b - a >= length]
     if long:
         a, b = max(long, key=lambda stretch: stretch[1] - stretch[0])
@@ -162,12 +152,12 @@ def _stuck(signal: _Signal) -> Iterator[CampaignWarning]:
             f"{signal.channel.unit} while the inputs change",
             "the sensor or the logger stood still: leave the stretch empty (missing samples)",
         )
-    repeats = [(a, b) for a, b in all_stretches if b - a < length]
-    count = sum(b - a for a, b in repeats)
-    if count > 2.0 + 4.0 * chance:
+    short = [(a, b) for a, b in all_stretches if b - a < length]
+    count = sum(b - a for a, b in short)
+    if count > 2.0 + 4.0 * expected_equal(values):
         yield signal.warning(
             "repeated",
-            repeats[0][0],
+            short[0][0],
             float(count),
             f"{count} samples repeat the one before to the last digit",
             "dropouts filled with the last value: leave the cells empty instead",

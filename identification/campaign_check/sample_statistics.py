@@ -13,6 +13,11 @@ BoolArray = NDArray[np.bool_]
 ORDER, GAIN = 5, 252.0
 #: Median of chi² with one degree of freedom: a median is not moved by few jumps.
 _MEDIAN_CHI2 = 0.4549
+#: Equal neighbours in a row that are a sensor or a logger standing still, where chance makes none.
+STUCK = 6
+#: Largest probability of a stretch by chance, of one in a record, and share of equal neighbours
+#: from which chance explains any.
+_CHANCE, _MOST_EQUAL = 1e-6, 0.97
 
 
 def neighbour_noise(values: FloatArray) -> float:
@@ -117,3 +122,26 @@ def stretches(equal: BoolArray) -> list[tuple[int, int]]:
     """First and one past the last index of every stretch of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], equal, [False]]).astype(np.int8)))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
+
+
+def repeats(values: FloatArray, moves: BoolArray) -> tuple[list[tuple[int, int]], int]:
+    """Stretches that repeat the sample before, and the length that chance does not make.
+
+    Plateaus at the signal's ends are a range that is too small, and are left out.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Channel, missing samples NaN.
+    moves : ndarray, shape (n,)
+        Samples at which an input changes.
+    """
+    equal = np.concatenate([[False], np.diff(values) == 0.0]) & moves
+    if not equal.any():
+        return [], STUCK
+    inside = (values != np.nanmax(values)) & (values != np.nanmin(values))
+    share = min(expected_equal(values) / values.size, _MOST_EQUAL)
+    length = STUCK
+    if share > 0.0:
+        length = max(length, int(np.ceil(np.log(_CHANCE / values.size) / np.log(share))))
+    return stretches(equal & inside), length

@@ -32,8 +32,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 
 #: With fewer samples a covariance is itself uncertain by more than ten percent.
 _FEWEST_SAMPLES = 50
-
-
 #: Runs that agree look this different once in a thousand campaigns.
 _DISAGREEMENT = 1e-3
 SCATTER_OF_RUNS = (
@@ -140,7 +138,7 @@ def identify_jointly(
        linear in d_x, the two components of each tilt, rho_s and rho_f.
     """
     runs = campaign.within_use().runs
-    return _identify(runs, _fitted_channels(campaign, options), model, options)
+    return _identify(runs, fitted_channels(campaign, options), model, options)
 
 
 def identify_each_run(
@@ -170,7 +168,7 @@ def identify_each_run(
         As :func:`identify_jointly`.
     """
     each_run = model.each_run()
-    channels = _fitted_channels(campaign, options)
+    channels = fitted_channels(campaign, options)
     runs = campaign.within_use().runs
     return {run.name: _identify((run,), channels, each_run, options) for run in runs}
 
@@ -200,11 +198,12 @@ def identify_from_sums(
         rng = np.random.default_rng(options.seed)
         fit = _with_bootstrap(joint_fit(equations, model.shared), equations, options.bootstrap, rng)
     else:
-        fit = with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
+        fit = _with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
     return _parameter_estimate(model, equations, fit)
 
 
-def _fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
+def fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
+    """Sensors that the options ask for; refuses what :func:`axial_channels` refuses."""
     return rim_channels(campaign) if options.radial else axial_channels(campaign)
 
 
@@ -212,8 +211,13 @@ def fitted_equations(
     campaign: Campaign, model: CarrierModel, options: FitOptions
 ) -> list[NormalEquations]:
     """Sums of every run for the sensors and the loss that the options ask for."""
-    channels = _fitted_channels(campaign, options)
     runs = campaign.within_use().runs
+    return _equations(runs, fitted_channels(campaign, options), model, options)
+
+
+def _equations(
+    runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel, options: FitOptions
+) -> list[NormalEquations]:
     if options.huber:
         return huber_equations(runs, channels, model)
     return [normal_equations(run, channels, model) for run in runs]
@@ -222,16 +226,11 @@ def fitted_equations(
 def _identify(
     runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel, options: FitOptions
 ) -> ParameterEstimate:
-    if options.huber:
-        weighted = huber_equations(runs, channels, model)
-        estimate = identify_from_sums(weighted, model, options)
-        # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
-        return _with_residuals_of(
-            estimate, [normal_equations(run, channels, model) for run in runs]
-        )
-    return identify_from_sums(
-        [normal_equations(run, channels, model) for run in runs], model, options
-    )
+    estimate = identify_from_sums(_equations(runs, channels, model, options), model, options)
+    if not options.huber:
+        return estimate
+    # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
+    return _with_residuals_of(estimate, [normal_equations(run, channels, model) for run in runs])
 
 
 def fitted_signal(
@@ -462,7 +461,7 @@ def _resampled(
     return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)
 
 
-def with_scatter_of_runs(
+def _with_scatter_of_runs(
     fit: JointFit, equations: Sequence[NormalEquations], shared: Sequence[bool]
 ) -> JointFit:
     """Widen the errors of shared parameters where the runs disagree on them.
@@ -472,21 +471,6 @@ def with_scatter_of_runs(
     C_k^-1 (p_k - p)`` is compared with Hotelling's distribution. Where it is beyond chance the
     covariance of the shared unknowns is that of the delete-one-run jackknife, with one degree of
     freedom less than there are runs.
-
-    Parameters
-    ----------
-    fit : JointFit
-        Solution of :func:`~carrierflex.identification.estimation.least_squares.joint_fit`.
-    equations : sequence of NormalEquations
-        One for each run.
-    shared : sequence of bool
-        Whether each coefficient is shared by the runs.
-
-    Returns
-    -------
-    JointFit
-        `fit` itself where the runs agree, or where they cannot be compared: a single run, too few
-        revolutions, or a run that does not determine every shared parameter.
     """
     n_shared, n_runs = sum(shared), len(equations)
     freedom = min(run.n_revolutions for run in equations) - n_shared

@@ -1,6 +1,8 @@
-"""Records too long for memory: read in pieces, reduced to sums while they pass."""
+"""Records too long for memory: read in pieces, once, reduced to sums, and identified from these."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +10,20 @@ import pyarrow as pa
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import columns_of, run_of_columns
 from carrierflex.identification.campaign.campaign_header import CampaignHeader, RunEntry
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import column_pieces
+from carrierflex.identification.carrier.carrier_identification import (
+    FitOptions,
+    fitted_channels,
+    identify_from_sums,
+)
 from carrierflex.identification.carrier.models import CarrierModel
-from carrierflex.identification.estimation.normal_equations import NormalEquations, RevolutionSums
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.normal_equations import NormalEquations
 
 #: Groups of revolutions kept apart for the jackknife; beyond, neighbours are put together in pairs.
 LARGEST_GROUPS = 2048
@@ -96,7 +105,7 @@ def streamed_equations(
     ValueError
         Where the carrier turns by less than one revolution, or every sample is missing.
     """
-    groups = _Groups(len(channels), len(model.coefficients))
+    groups = _Groups(channels, len(model.coefficients))
     name = ""
     for measured in pieces:
         piece = measured.within_use()
@@ -106,14 +115,16 @@ def streamed_equations(
             groups.sums.add(
                 c, rows, model.design(piece.inputs, channel), piece.signals[channel.name]
             )
-    return groups.whole_revolutions(name).equations(name, channels)
+    sums = groups.whole_revolutions(name)
+    sums.refuse_empty()
+    return sums
 
 
 class _Groups:
     """Sums by groups of `length` consecutive revolutions, as many groups as fit."""
 
-    def __init__(self, n_channels: int, n_coefficients: int) -> None:
-        self.sums = RevolutionSums.empty(LARGEST_GROUPS, n_channels, n_coefficients)
+    def __init__(self, channels: Sequence[Channel], n_coefficients: int) -> None:
+        self.sums = NormalEquations.empty("", channels, LARGEST_GROUPS, n_coefficients)
         self._length = 1
         self._start: float | None = None
         self._direction = 0.0
@@ -153,8 +164,8 @@ class _Groups:
         bounds = np.searchsorted(number[order], np.arange(n_met + 1))
         return [order[bounds[k] : bounds[k + 1]] for k in range(n_met)]
 
-    def whole_revolutions(self, run: str) -> RevolutionSums:
-        """Groups of whole revolutions."""
+    def whole_revolutions(self, run: str) -> NormalEquations:
+        """Sums of a run by groups of whole revolutions."""
         n_groups = int(np.floor((self._travel + 1.001 * self._step) / self._length))
         if n_groups < 1:
             raise ValueError(
@@ -163,11 +174,13 @@ class _Groups:
             )
         s = self.sums
         # Copies: a view would keep all places of every run, a hundred megabytes with 64 channels.
-        return RevolutionSums(
-            s.matrix[:n_groups].copy(),
-            s.right_side[:n_groups].copy(),
-            s.square_sum[:n_groups].copy(),
-            s.n_samples[:n_groups].copy(),
+        return replace(
+            s,
+            run=run,
+            matrix=s.matrix[:n_groups].copy(),
+            right_side=s.right_side[:n_groups].copy(),
+            square_sum=s.square_sum[:n_groups].copy(),
+            n_samples=s.n_samples[:n_groups].copy(),
         )
 
     def _pair(self) -> None:
@@ -199,3 +212,79 @@ def is_long(folder: Path, header: CampaignHeader, largest_size: int = 200_000_00
         else:
             total += path.stat().st_size
     return total > largest_size
+
+
+def identify_in_pieces(
+    folder: Path,
+    header: CampaignHeader,
+    models: Sequence[CarrierModel],
+    options: FitOptions,
+    *,
+    per_run: bool,
+) -> tuple[Campaign, dict[str, Mapping[str, ParameterEstimate]]]:
+    """Fit nested models to a campaign whose records do not fit into memory.
+
+    Parameters
+    ----------
+    folder : Path
+        Campaign folder.
+    header : CampaignHeader
+        Its content without the records.
+    models : sequence of CarrierModel
+        Models of which each begins with the coefficients of the one before; the last one's sums
+        serve all.
+    options : FitOptions
+        Sensors and source of the covariance.
+    per_run : bool
+        Fit every run by itself.
+
+    Returns
+    -------
+    campaign : Campaign
+        The first piece of every run, for plots.
+    estimates : dict
+        Estimate by model and run.
+
+    Raises
+    ------
+    ValueError
+        Where a record is refused, or the models are not nested.
+    """
+    largest = models[-1]
+    heads: list[Run] = []
+    equations: list[NormalEquations] = []
+    for entry in header.runs:
+        pieces = run_pieces(folder, entry, header)
+        head = next(pieces)
+        heads.append(head)
+        campaign = header.with_records([head])
+        channels = fitted_channels(campaign, options)
+        equations.append(streamed_equations(chain([head], pieces), channels, largest))
+    estimates: dict[str, Mapping[str, ParameterEstimate]] = {}
+    for model in models:
+        columns = _columns(model, largest)
+        of_model = [run.with_columns(columns) for run in equations]
+        estimates[model.name] = _solved(of_model, model, options, per_run=per_run)
+    return header.with_records(heads), estimates
+
+
+def _solved(
+    equations: Sequence[NormalEquations], model: CarrierModel, options: FitOptions, *, per_run: bool
+) -> Mapping[str, ParameterEstimate]:
+    if per_run:
+        alone = model.each_run()
+        return {run.run: identify_from_sums([run], alone, options) for run in equations}
+    return dict.fromkeys(
+        [run.run for run in equations], identify_from_sums(equations, model, options)
+    )
+
+
+def _columns(model: CarrierModel, largest: CarrierModel) -> list[int]:
+    """Where the coefficients of a smaller model stand in the largest one."""
+    missing = [name for name in model.coefficients if name not in largest.coefficients]
+    if missing:
+        raise ValueError(
+            f"model {largest.name} has no coefficient {missing[0]} of model {model.name}; "
+            "expected nested models"
+        )
+    return [largest.coefficients.index(name) for name in model.coefficients]

@@ -8,7 +8,7 @@ and correlations know of it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -39,14 +39,8 @@ _STEP = 1e-5
 _TOLERANCE = 1e-7
 #: A scale that is zero in truth may come out this much below zero, as a share of the other.
 _SIGN_MARGIN = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class PinAngleFit:
-    """M2 at the pin angle found, the derivative by it as a further term, and its parameters."""
-
-    model: CarrierModel
-    estimate: ParameterEstimate
+#: M2 at the pin angle found, the derivative by it as a further term, and its parameters.
+PinAngleFit = tuple[CarrierModel, ParameterEstimate]
 
 
 def identify_with_pin_angle(
@@ -72,7 +66,7 @@ def identify_with_pin_angle(
 
     Returns
     -------
-    dict of str to PinAngleFit
+    dict of str to tuple of CarrierModel and ParameterEstimate
         Fit by run, one for all where they are fitted jointly; ``theta_rho`` [rad] within half
         the angle from pin to pin, +-60 deg of three.
 
@@ -123,7 +117,7 @@ def _identified(
     turning = turning.each_run() if per_run else turning
     extended = replace(best, effects=(*best.effects, turning))
     estimate = identify_from_sums(fitted_equations(campaign, extended, options), extended, options)
-    return PinAngleFit(extended, _with_angle(estimate, angle))
+    return extended, _with_angle(estimate, angle)
 
 
 def _searched(projected: Callable[[float], tuple[float, dict[str, float]]], period: float) -> float:

@@ -178,22 +178,15 @@ def profile_likelihood(
         for k in np.argsort(np.abs(np.asarray(values) - fit.values[fixed])):
             if (values[k] - fit.values[fixed]) * side < 0.0:
                 continue
-            refit = bounded_fit(_WithFixed(residuals, fixed, float(values[k])), free, warm)
+            refit = bounded_fit(_with_fixed(residuals, fixed, float(values[k])), free, warm)
             warm = refit.values
             cost[k], points[k] = refit.cost, np.insert(refit.values, fixed, values[k])
     return cost, points
 
 
-@dataclass(frozen=True, eq=False)
-class _WithFixed:
+def _with_fixed(residuals: Residuals, index: int, value: float) -> Residuals:
     """Residuals with one parameter fixed."""
-
-    residuals: Residuals
-    index: int
-    value: float
-
-    def __call__(self, others: Array) -> Array:
-        return self.residuals(np.insert(others, self.index, self.value))
+    return lambda others: residuals(np.insert(others, index, value))
 
 
 def _inseparable(unseen: Array, in_scales: Array) -> NDArray[np.bool_]:

@@ -20,24 +20,12 @@ _FREQUENCIES, _RATIOS = (0.5, 2.0), (0.0, 0.5)
 _FIRST_RATIO = 0.02
 
 
-def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Deflection, speed and acceleration of the linear decay that a release begins with.
 
     ``Re c exp(s t)``, ``s = -zeta w + j w sqrt(1 - zeta²)``, fitted beside a position of rest to
     the first periods and continued over the whole record. What a record leaves beside it begins
     smoothly: before a release there is no motion, and a filter rings of what it takes for one.
-
-    Parameters
-    ----------
-    deflection : ndarray, shape (n,)
-        Deflection from the release on.
-    step : float
-        Sampling interval [s].
-
-    Returns
-    -------
-    tuple of ndarray, shape (n,)
-        Deflection from the position of rest, its rate and its acceleration.
     """
     c, s = _first_decay(deflection.tobytes(), step)
     swing = c * np.exp(s * step * np.arange(deflection.size))
@@ -78,7 +66,7 @@ def released_motion(
     record before its first sample would accelerate the other way, and the band's filter ring of
     that step: with nothing missing the first blocks held hundreds of floors.
     """
-    swings = first_swings(deflection, step)
+    swings = _first_swings(deflection, step)
     q, v, a = (
         swing + band_limited(deflection - swings[0], step, cutoff_hz, derivative=order)
         for order, swing in enumerate(swings)

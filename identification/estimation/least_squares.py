@@ -65,22 +65,10 @@ class JointFit:
         return self.unknowns[self.positions[run]]
 
 
-def joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
+def _joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
     """Give every unknown of a joint fit a number.
 
     Shared coefficients one, the others one for each run.
-
-    Parameters
-    ----------
-    shared : sequence of bool, length p
-        Whether a coefficient has one value for all runs.
-    n_runs : int
-        Number of runs.
-
-    Returns
-    -------
-    ndarray of int, shape (n_runs, p)
-        Number of the unknown behind each run's coefficient.
     """
     is_shared = np.asarray(shared, dtype=bool)
     n_shared = int(is_shared.sum())
@@ -125,7 +113,7 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
     .. [2] L. P. Hansen, "Large sample properties of generalized method of moments estimators",
        Econometrica 50 (1982): covariance of correlated errors, here to the next revolution.
     """
-    positions = joint_positions(shared, len(equations))
+    positions = _joint_positions(shared, len(equations))
     n_unknowns = int(positions.max()) + 1
     matrix = np.zeros((n_unknowns, n_unknowns))
     right_side = np.zeros(n_unknowns)

@@ -136,7 +136,7 @@ def _bounded_fit(
 
     def derivatives(z: Array) -> Array:
         """Jacobian in scaled unknowns, by quotients that stay within the bounds."""
-        return one_sided_quotients(counted, z * scale, scale, upper)
+        return _one_sided_quotients(counted, z * scale, scale, upper)
 
     # The search itself wants to begin inside; a start on the bound stays reachable as the better of
     # both ends.
@@ -167,23 +167,10 @@ def _bounded_fit(
     return replace(fit, model_runs=counted.calls)
 
 
-def difference_quotients(
+def _difference_quotients(
     residuals: Residuals, values: Array, scale: Array, lower: Array, upper: Array
 ) -> Array:
-    """Derivatives of the residuals by the scaled parameters, shape (n, p); one-sided at a bound.
-
-    Parameters
-    ----------
-    residuals : callable
-        Residual function.
-    values, scale, lower, upper : ndarray, shape (p,)
-        Point, unit of each derivative, and bounds that are not crossed.
-
-    Returns
-    -------
-    ndarray
-        Central differences, of second order.
-    """
+    """Derivatives of the residuals by the scaled parameters, shape (n, p); one-sided at a bound."""
     columns = []
     for k in range(values.size):
         step = _STEP * max(scale[k], abs(values[k]))
@@ -194,22 +181,10 @@ def difference_quotients(
     return np.column_stack(columns)
 
 
-def one_sided_quotients(residuals: Residuals, values: Array, scale: Array, upper: Array) -> Array:
+def _one_sided_quotients(residuals: Residuals, values: Array, scale: Array, upper: Array) -> Array:
     """Derivatives of the residuals by the scaled parameters, shape (n, p), of first order.
 
     Half the model runs.
-
-    Parameters
-    ----------
-    residuals : callable
-        Residual function.
-    values, scale, upper : ndarray, shape (p,)
-        Point, unit of each derivative, and upper bounds that are not crossed.
-
-    Returns
-    -------
-    ndarray
-        Forward differences, backward ones below an upper bound.
     """
     here = residuals(values)
     columns = []
@@ -241,7 +216,7 @@ def _at(counted: _Counted, free: Sequence[FitParameter], values: Array) -> Nonli
     upper = np.array([parameter.upper for parameter in free])
     scale = np.array([parameter.scale for parameter in free])
     residual = counted(values)
-    jacobian = difference_quotients(counted, values, scale, lower, upper)
+    jacobian = _difference_quotients(counted, values, scale, lower, upper)
     bound = (values <= lower) | (values >= upper)
     names = tuple(name for name, hit in zip(_names(free), bound, strict=True) if hit)
     return NonlinearFit(

@@ -7,7 +7,7 @@ of the carrier models is below 100, so that squaring it costs four digits of six
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,52 @@ class NormalEquations:
     square_sum: NDArray[np.float64]
     n_samples: NDArray[np.int64]
 
+    @classmethod
+    def empty(
+        cls, run: str, channels: Sequence[Channel], n_revolutions: int, n_coefficients: int
+    ) -> "NormalEquations":
+        """Sums of no samples."""
+        shape = (n_revolutions, len(channels))
+        return cls(
+            run,
+            tuple(channel.name for channel in channels),
+            np.zeros((*shape, n_coefficients, n_coefficients)),
+            np.zeros((*shape, n_coefficients)),
+            np.zeros(shape),
+            np.zeros(shape, dtype=np.int64),
+        )
+
+    def add(
+        self,
+        channel: int,
+        samples: Sequence[NDArray[np.int64]],
+        design: NDArray[np.float64],
+        signal: NDArray[np.float64],
+        weight: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Add samples of one channel.
+
+        `samples[r]` are the rows that belong to revolution r; missing ones are skipped.
+        """
+        present = np.isfinite(signal)
+        for r, rows in enumerate(samples):
+            valid = rows[present[rows]]
+            if valid.size == 0:
+                continue
+            X, y = design[valid], signal[valid]
+            Xw, yw = (X, y) if weight is None else (X * weight[valid, None], y * weight[valid])
+            self.matrix[r, channel] += X.T @ Xw
+            self.right_side[r, channel] += Xw.T @ y
+            self.square_sum[r, channel] += y @ yw
+            self.n_samples[r, channel] += valid.size
+
+    def refuse_empty(self) -> None:
+        """Raise ValueError where every sample is missing."""
+        if self.n_samples.sum() == 0:
+            raise ValueError(
+                f"run {self.run}: every sample of {', '.join(self.channels)} is missing"
+            )
+
     @property
     def n_revolutions(self) -> int:
         """Number of whole revolutions."""
@@ -66,14 +112,7 @@ class NormalEquations:
             return self
         chosen = np.asarray(columns, dtype=np.int64)
         matrix = self.matrix[:, :, chosen[:, None], chosen[None, :]]
-        return NormalEquations(
-            self.run,
-            self.channels,
-            matrix,
-            self.right_side[:, :, chosen],
-            self.square_sum,
-            self.n_samples,
-        )
+        return replace(self, matrix=matrix, right_side=self.right_side[:, :, chosen])
 
 
 def normal_equations(
@@ -106,7 +145,8 @@ def normal_equations(
         Where the carrier turns by less than one revolution, or every sample is missing.
     """
     revolutions = whole_revolutions(run)
-    sums = RevolutionSums.empty(revolutions.n_revolutions, len(channels), len(model.coefficients))
+    n_revolutions, n_coefficients = revolutions.n_revolutions, len(model.coefficients)
+    sums = NormalEquations.empty(run.name, channels, n_revolutions, n_coefficients)
     for c, channel in enumerate(channels):
         weight = None if weights is None else weights[channel.name]
         sums.add(
@@ -116,66 +156,5 @@ def normal_equations(
             run.signals[channel.name],
             weight,
         )
-    return sums.equations(run.name, channels)
-
-
-@dataclass(frozen=True, eq=False)
-class RevolutionSums:
-    """Sums that grow as samples are added; arrays as in :class:`NormalEquations`."""
-
-    matrix: NDArray[np.float64]
-    right_side: NDArray[np.float64]
-    square_sum: NDArray[np.float64]
-    n_samples: NDArray[np.int64]
-
-    @classmethod
-    def empty(cls, n_revolutions: int, n_channels: int, n_coefficients: int) -> "RevolutionSums":
-        """Sums of no samples."""
-        shape = (n_revolutions, n_channels)
-        return cls(
-            np.zeros((*shape, n_coefficients, n_coefficients)),
-            np.zeros((*shape, n_coefficients)),
-            np.zeros(shape),
-            np.zeros(shape, dtype=np.int64),
-        )
-
-    def add(
-        self,
-        channel: int,
-        samples: Sequence[NDArray[np.int64]],
-        design: NDArray[np.float64],
-        signal: NDArray[np.float64],
-        weight: NDArray[np.float64] | None = None,
-    ) -> None:
-        """Add samples of one channel.
-
-        `samples[r]` are the rows that belong to revolution r; missing ones are skipped.
-        """
-        present = np.isfinite(signal)
-        for r, rows in enumerate(samples):
-            valid = rows[present[rows]]
-            if valid.size == 0:
-                continue
-            X, y = design[valid], signal[valid]
-            Xw, yw = (X, y) if weight is None else (X * weight[valid, None], y * weight[valid])
-            self.matrix[r, channel] += X.T @ Xw
-            self.right_side[r, channel] += Xw.T @ y
-            self.square_sum[r, channel] += y @ yw
-            self.n_samples[r, channel] += valid.size
-
-    def equations(self, run: str, channels: Sequence[Channel]) -> NormalEquations:
-        """Sums of one run under the names of its channels.
-
-        Raises
-        ------
-        ValueError
-            Where every sample is missing.
-        """
-        if self.n_samples.sum() == 0:
-            raise ValueError(
-                f"run {run}: every sample of {', '.join(c.name for c in channels)} is missing"
-            )
-        names = tuple(channel.name for channel in channels)
-        return NormalEquations(
-            run, names, self.matrix, self.right_side, self.square_sum, self.n_samples
-        )
+    sums.refuse_empty()
+    return sums

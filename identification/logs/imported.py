@@ -1,8 +1,7 @@
 """A campaign from a logger's files and the map of their columns."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.problems import Problems, refuse
+from carrierflex.files.whole_files import file_digest
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_kinds import CampaignKind, campaign_kind
 from carrierflex.identification.campaign.campaign_tables import baseline_of
@@ -54,8 +54,6 @@ from carrierflex.identification.logs.map_tables import (
 )
 
 Signal = TypeVar("Signal", Channel, InputSignal)
-
-
 _FloatArray = NDArray[np.float64]
 #: Fewest samples of a run.
 _FEWEST = 10
@@ -114,17 +112,20 @@ def imported_campaign(
     by_name = {path.name: path for path in files}
     _refuse_other_files(document, files, simulated)
     problems = Problems()
-    logged = []
+    runs: list[Run] = []
+    counts: list[Count] = []
+    notes: list[str] = []
     # Runs of one file follow one another.
     read = lru_cache(maxsize=1)(read_log)
     for entry in document.runs:
         with problems.at(f"run {entry.name}"):
             tables = [_tables(read(by_name[name]), entry.group) for name in entry.files]
-            logged.append(_logged_run(entry, document, kind, tables))
+            run, counts_of_run, notes_of_run = _logged_run(entry, document, kind, tables)
+            runs.append(run)
+            counts += counts_of_run
+            notes += notes_of_run
     refuse(problems.messages)
     channels, inputs = _declared(document, kind)
-    runs = [one.run for one in logged]
-    notes = [note for one in logged for note in one.notes]
     if not kind.inputs and not simulated:
         cut = [cut_at_releases(run) if not run.use else (run,) for run in runs]
         notes += [
@@ -153,9 +154,9 @@ def imported_campaign(
     )
     return Imported(
         campaign,
-        tuple(count for one in logged for count in one.counts),
+        tuple(counts),
         shifts,
-        {path.name: _digest(path) for path in (*files, *simulated)},
+        {path.name: file_digest(path) for path in (*files, *simulated)},
         tuple(notes),
     )
 
@@ -273,11 +274,6 @@ def _baseline(
     return replace(baseline, source="columns", effects=(), clock_shift=moved)
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 @dataclass(frozen=True, eq=False)
 class _Timed:
     """A table in order."""
@@ -295,15 +291,6 @@ class _Timed:
         return result
 
 
-@dataclass(frozen=True, eq=False)
-class _LoggedRun:
-    """A run, and what was found in its files."""
-
-    run: Run
-    counts: tuple[Count, ...] = ()
-    notes: tuple[str, ...] = field(default=())
-
-
 def _tables(tables: Sequence[LogTable], group: str | None) -> Sequence[LogTable]:
     return tables if group is None else tables_of_group(tables, group)
 
@@ -313,8 +300,8 @@ def _logged_run(
     document: MapDocument,
     kind: CampaignKind,
     files: Sequence[Sequence[LogTable]],
-) -> _LoggedRun:
-    """Run of a map."""
+) -> tuple[Run, list[Count], list[str]]:
+    """Run of a map, and what was found in its files."""
     tables = run_tables(files, document.time.column)
     timed = _timed_tables(tables, entry, document)
     signals, counts = _signals(tables, timed, entry, document, kind)
@@ -358,7 +345,7 @@ def _logged_run(
         use=tuple(entry.use or ()),
     )
     notes = [f"{table.file}: {note}" for table in tables for note in table.notes]
-    return _LoggedRun(run, tuple(counts), tuple(notes))
+    return run, counts, notes
 
 
 def _timed_tables(

@@ -37,8 +37,6 @@ from carrierflex.identification.logs.text_logs import text_log
 _HDF5_MARK = b"\x89HDF\r\n\x1a\n"
 #: Where an HDF5 file may begin: MAT 7.3 has 512 bytes of its own before it.
 _HDF5_PLACES = (0, 512, 1024, 2048)
-
-
 #: Columns that a matrix may hold; parts of a file.
 _MOST_COLUMNS = 64
 _MOST_PARTS = 10_000

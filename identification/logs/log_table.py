@@ -68,6 +68,14 @@ class LogTable:
         return sizes[0] if sizes else 0
 
 
+def different_names(names: Sequence[str]) -> list[str]:
+    """Names, those that occur before with their number."""
+    result: list[str] = []
+    for number, name in enumerate(names, start=1):
+        result.append(name if name not in result else f"{name} ({number})")
+    return result
+
+
 def table_of_columns(
     path: Path, columns: Sequence[NamedColumn], *, step: float | None = None, start: float = 0.0
 ) -> LogTable:

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from carrierflex.files.shown_values import shortened
 from carrierflex.identification.campaign.campaign_kinds import CampaignKind
 from carrierflex.identification.campaign_check.sample_statistics import (
-    expected_equal,
     expected_zeros,
-    stretches,
+    repeats,
 )
 from carrierflex.identification.logs.angles import (
     angle_of_pulses,
@@ -39,12 +38,6 @@ _WHY_NOT = {
     "element": "the drift of its integral cannot be distinguished from stiffness and friction; an "
     "acceleration is read as the input base_acceleration of drive = 'base'",
 }
-
-
-#: Rows of one value that are a logger standing still, where chance makes none.
-_STUCK = 6
-#: Largest probability of a stretch by chance, of one in a record.
-_CHANCE = 1e-6
 #: Distance of a zero from the line between its neighbours over the median step of the signal.
 _FAR = 8.0
 #: Numbers that loggers write where there is nothing.
@@ -211,16 +204,9 @@ def stuck(values: FloatArray, moves: BoolArray) -> BoolArray:
         The first row of a stretch still counts as measured. Plateaus at the signal's ends are a
         range that is too small, and stay.
     """
-    equal = np.concatenate([[False], np.diff(values) == 0.0]) & moves
-    if not equal.any():
-        return equal
-    inside = (values != np.nanmax(values)) & (values != np.nanmin(values))
-    share = min(expected_equal(values) / values.size, 0.97)
-    length = _STUCK
-    if share > 0.0:
-        length = max(length, int(np.ceil(np.log(_CHANCE / values.size) / np.log(share))))
     result = np.zeros(values.size, dtype=bool)
-    for first, end in stretches(equal & inside):
+    all_stretches, length = repeats(values, moves)
+    for first, end in all_stretches:
         if end - first + 1 >= length:
             result[first:end] = True
     return result

@@ -1,10 +1,13 @@
 """What map.toml holds: the columns of a logger's files as channels and inputs of a campaign."""
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from carrierflex.files.problems import refuse
+from carrierflex.files.shown_values import shown
+from carrierflex.files.toml_files import TomlKind, check_header, checked_document, toml_document
 from carrierflex.files.toml_values import (
     Expected,
     KeysOf,
@@ -18,6 +21,7 @@ from carrierflex.files.toml_values import (
 from carrierflex.identification.campaign.campaign_kinds import (
     CARRIER,
     ELEMENT_BY_DRIVE,
+    KIND_NAMES,
     MOUNTING,
     campaign_kind,
 )
@@ -39,6 +43,12 @@ from carrierflex.identification.campaign.signal_tables import (
 )
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
+MAP_FILE = TomlKind(
+    "a map of a logger's columns",
+    holds="the keys that carrierflex new-campaign writes",
+    most_bytes=1_000_000,
+    format="carrierflex-map",
+)
 #: What stands in a new map where the user has to tell.
 OPEN = "?"
 
@@ -210,7 +220,6 @@ class ElementMapDocument(_MapDocument):
 
 
 MapDocument = CarrierMapDocument | MountingMapDocument | ElementMapDocument
-
 #: Top table of map.toml by its key ``kind``.
 MAP_OF_KIND: dict[str, type[MapDocument]] = {
     "carrier": CarrierMapDocument,
@@ -240,3 +249,23 @@ def refuse_other_inputs(document: MapDocument) -> None:
         if name not in kind.inputs
     ]
     refuse(problems)
+
+
+def read_map(path: Path) -> MapDocument:
+    """Read a map.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where it is no map, or anything in it is wrong or still '?': all of it at once.
+    """
+    document = toml_document(path, MAP_FILE)
+    check_header(document, MAP_FILE, str(path))
+    kind = document.get("kind")
+    if kind not in KIND_NAMES:
+        raise ValueError(
+            f"{path}: key 'kind' is {shown(kind)}; expected one of {', '.join(KIND_NAMES)}"
+        )
+    return checked_document(document, MAP_OF_KIND[kind], str(path))

@@ -22,6 +22,7 @@ from carrierflex.identification.logs.log_table import (
     MOST_NUMBERS,
     LogTable,
     NamedColumn,
+    different_names,
     grouped_tables,
     table_of_columns,
 )
@@ -228,7 +229,7 @@ def _record_names(records: Sequence[Mapping[str, Any]]) -> list[str]:
         axis = _DIRECTIONS[abs(direction)] if abs(direction) < len(_DIRECTIONS) else ""
         quantity = _ORDINATES.get(entry["ordinate_spec_data_type"], "signal")
         names.append(f"{quantity} {entry['rsp_node']}{sign + axis if axis else ''}")
-    return _different(names)
+    return different_names(names)
 
 
 def _label(text: object) -> str:
@@ -259,7 +260,7 @@ def mdf_log(path: Path) -> tuple[LogTable, ...]:
         time = np.asarray(signals[0].timestamps, dtype=np.float64)
         if time.size < 2:
             continue
-        names = _different([TIME, *(signal.name for signal in signals)])
+        names = different_names([TIME, *(signal.name for signal in signals)])
         columns = [
             (f"group {number + 1}/{name}", signal.samples, signal.unit or "")
             for name, signal in zip(names[1:], signals, strict=True)
@@ -307,7 +308,7 @@ def openfast_log(path: Path) -> tuple[LogTable, ...]:
     _refuse_unstored(path)
     with _library_errors(path):
         values, facts, _ = reader.load_binary_output(str(path))
-        names = _different(
+        names = different_names(
             [name or f"channel {k}" for k, name in enumerate(facts["attribute_names"])]
         )
         units = facts["attribute_units"]
@@ -347,11 +348,3 @@ def _refuse_unstored(path: Path) -> None:
             f"{path}: states {channels} channels of {steps} values in {size} bytes; expected all "
             "of them: the simulation may have been stopped, run it again"
         )
-
-
-def _different(names: Sequence[str]) -> list[str]:
-    """Names, those that occur before with their number."""
-    result: list[str] = []
-    for number, name in enumerate(names, start=1):
-        result.append(name if name not in result else f"{name} ({number})")
-    return result

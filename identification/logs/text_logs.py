@@ -14,7 +14,7 @@ import pyarrow.csv as pa_csv
 
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shortened
-from carrierflex.identification.logs.log_table import FloatArray, LogTable
+from carrierflex.identification.logs.log_table import FloatArray, LogTable, different_names
 
 #: Bytes at the beginning of the file that are looked at.
 HEAD = 65_536
@@ -98,23 +98,8 @@ def encoding_of(head: bytes) -> str:
     return "utf-8"
 
 
-def dialect_of(text: str, encoding: str, file: str) -> Dialect:
-    """Dialect of a text.
-
-    Parameters
-    ----------
-    text : str
-        Whole lines from the beginning of the file.
-    encoding : str
-        Its encoding.
-    file : str
-        Name of the file, for the message.
-
-    Raises
-    ------
-    ValueError
-        Where no way to cut the lines gives numbers.
-    """
+def _dialect_of(text: str, encoding: str, file: str) -> Dialect:
+    """Dialect of a text."""
     lines = text.splitlines()
     filled = [number for number, line in enumerate(lines) if line.strip()]
     # Half of a short file may be its preamble.
@@ -272,7 +257,7 @@ def text_table(text: str, path: Path, encoding: str) -> tuple[LogTable, Dialect]
     head = text[:HEAD]
     # The last line may be cut, by this limit or by the end of the logger's battery.
     complete_lines = head[: head.rfind("\n") + 1] or head
-    dialect = dialect_of(complete_lines, encoding, str(path))
+    dialect = _dialect_of(complete_lines, encoding, str(path))
     lines = complete_lines.splitlines()
     names, units = _names_and_units(lines, dialect)
     if len(names) > _MOST_COLUMNS:
@@ -286,10 +271,9 @@ def _names_and_units(lines: list[str], dialect: Dialect) -> tuple[list[str], dic
         return [f"column {number + 1}" for number in range(width)], {}
     names = cells_of(lines[dialect.header].lstrip("#% "), dialect.separator)
     names += [""] * (width - len(names))
-    different: list[str] = []
-    for number, name in enumerate(names):
-        title = " ".join(name.split()) or f"column {number + 1}"
-        different.append(title if title not in different else f"{title} ({number + 1})")
+    different = different_names(
+        [" ".join(name.split()) or f"column {k}" for k, name in enumerate(names, start=1)]
+    )
     if dialect.units is None:
         return different, {}
     units = cells_of(lines[dialect.units].lstrip("#% "), dialect.separator)

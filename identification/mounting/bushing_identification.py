@@ -34,6 +34,10 @@ from carrierflex.identification.mounting.bushing_models import (
     mounting_residuals,
 )
 from carrierflex.simulation.fit_parameter import FitParameter
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import MountingResponse, simulate
 
 Array = NDArray[np.float64]
 
@@ -45,13 +49,9 @@ _FEWEST_BLOCKS = 24
 _SEARCHED_STARTS = 4
 #: Points of a likelihood profile.
 _PROFILE_POINTS = 9
-
-
 #: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
 #: the refits.
 _ROUGH = 1e-4
-
-
 #: Starts search on every n-th sample: so many samples of a run are enough to rank them.
 _SEARCH_SAMPLES = 4000
 
@@ -94,6 +94,11 @@ class BushingEstimate:
         ends = np.column_stack([self.fit.values - half, self.fit.values + half])
         inside = np.clip(ends, lower[:, None], upper[:, None])
         return np.where(np.isfinite(ends), inside, ends)
+
+    def simulated(self, rig: MountingRig, inputs: MountingInputs) -> MountingResponse:
+        """Response of the fitted bushings to loads."""
+        values = self.model.simulator_values(self.fit.values)
+        return simulate(rig, parameter_array(rig, values), inputs)
 
     @property
     def undetermined(self) -> tuple[str, ...]:

@@ -111,14 +111,8 @@ class BendingResiduals:
         return np.concatenate(numbers)
 
 
-def bending_channels(campaign: Campaign) -> tuple[Channel, ...]:
-    """Moment channels of a campaign.
-
-    Raises
-    ------
-    ValueError
-        Where it is of another kind or has none.
-    """
+def _bending_channels(campaign: Campaign) -> tuple[Channel, ...]:
+    """Moment channels of a campaign."""
     if campaign.kind != "mounting":
         raise ValueError(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; model {EQUIVALENT_MASS} "
@@ -135,7 +129,7 @@ def bending_channels(campaign: Campaign) -> tuple[Channel, ...]:
 
 def bending_residuals(campaign: Campaign, mass: float | None = None) -> BendingResiduals:
     """Residuals of a campaign with bending moments; arguments and errors as of the fit."""
-    channels = bending_channels(campaign)
+    channels = _bending_channels(campaign)
     names = [channel.name for channel in channels]
     runs = tuple(run.of_channels(names) for run in campaign.within_use().runs)
     sections = tuple(sorted({float(channel.section or 0.0) for channel in channels}))

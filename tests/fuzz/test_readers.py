@@ -43,8 +43,8 @@ from carrierflex.identification.campaign.campaign_files import read_campaign, wr
 from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.logs import log_files
 from carrierflex.identification.logs.log_files import read_log
-from carrierflex.identification.logs.map_files import read_map
 from carrierflex.identification.logs.map_guesses import map_guess
+from carrierflex.identification.logs.map_tables import read_map
 from carrierflex.identification.logs.map_text import map_text
 from carrierflex.reduction.body_files import (
     read_body,
@@ -66,7 +66,7 @@ from carrierflex.simulation.rexs.stage_values import stage_values
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_error
-from carrierflex.workflows.fleet.sample_streams import Position, stream_samples
+from carrierflex.workflows.fleet.watch_turbine import _checked, _rows
 from carrierflex.workflows.view3d.rim_motion_files import (
     RimMotion,
     RimSignal,
@@ -279,10 +279,9 @@ def _watches(folder: Path) -> dict[str, Target]:
 
     def read_rows(path: Path) -> None:
         splitter = RevolutionSplitter()
-        for piece in stream_samples(
-            io.BytesIO((path / _STREAM).read_bytes()), expected, Position()
-        ):
-            list(splitter.turns(piece.columns))
+        rows = _rows(io.BytesIO((path / _STREAM).read_bytes()), expected)
+        for _, columns in _checked(rows, -np.inf, ""):
+            list(splitter.turns(columns))
 
     state, rows_of_stream = (folder / "state.npz").read_bytes(), (folder / _STREAM).read_bytes()
     return {

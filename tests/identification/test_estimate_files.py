@@ -4,12 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from carrierflex.files.json_files import save_json
 from carrierflex.identification.carrier.carrier_identification import (
     identify_each_run,
     identify_jointly,
 )
 from carrierflex.identification.carrier.models import flexible_model
-from carrierflex.identification.estimate_files import identification_document, write_identification
+from carrierflex.identification.estimate_files import identification_document
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -19,7 +20,7 @@ M2 = flexible_model(stiff_curve(), flexible_curve())
 def test_joint_document_separates_shared_parameters_from_those_of_the_runs(tmp_path):
     estimate = identify_jointly(carrier_campaign(), M2)
     path = tmp_path / "identification.json"
-    write_identification(path, identification_document("twin", estimate, seconds=0.1, model_runs=1))
+    save_json(path, identification_document("twin", estimate, seconds=0.1, model_runs=1))
     document = json.loads(path.read_text())
     assert list(document) == [
         *("format", "version", "campaign", "model", "software", "shared", "runs"),
@@ -81,11 +82,11 @@ def test_what_cannot_be_seen_is_null_and_said_in_words(tmp_path):
     assert document["undetermined"][0].startswith(
         "LC1: rho_s of LC1 and rho_f of LC1 cannot be separated"
     )
-    write_identification(tmp_path / "i.json", document)
+    save_json(tmp_path / "i.json", document)
 
 
 def test_what_json_cannot_hold_is_written_as_null(tmp_path):
-    write_identification(tmp_path / "i.json", {"value": float("nan")})
+    save_json(tmp_path / "i.json", {"value": float("nan")})
     assert json.loads((tmp_path / "i.json").read_text(encoding="utf-8")) == {"value": None}
 
 

@@ -69,7 +69,7 @@ class CalledLine:
         if code not in (0, 1) and not refusals:
             refusals = [notes.pop() if notes else f"ended with exit code {code}"]
         notes = [line for line in notes if not line.startswith(_REFUSAL)]
-        return Ended(tables_in(output.decode("utf-8", "replace")), notes, "".join(refusals))
+        return Ended(_tables_in(output.decode("utf-8", "replace")), notes, "".join(refusals))
 
 
 async def _notes(
@@ -98,14 +98,8 @@ def shell_line(words: Sequence[str]) -> str:
     return shlex.join(["carrierflex", *words])
 
 
-def tables_in(output: str) -> list[Table]:
-    r"""Title and rows of the tables that a command shows; columns stand two blanks apart.
-
-    Examples
-    --------
-    >>> tables_in("title\nname  value\na        1\nbb      20\n")
-    [('title', [['name', 'value'], ['a', '1'], ['bb', '20']])]
-    """
+def _tables_in(output: str) -> list[Table]:
+    r"""Title and rows of the tables that a command shows; columns stand two blanks apart."""
     tables: list[tuple[str, list[str]]] = []
     for line in filter(str.strip, output.splitlines()):
         if "  " in line.strip() and tables:

@@ -5,9 +5,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
+from carrierflex.fe.carrier_curves import (
+    CarrierDeflection,
+    UnitCases,
+    carrier_deflection,
+    flexible_cases,
+    stiff_cases,
+)
 from carrierflex.fe.main_shaft import main_shaft_structure
 from carrierflex.fe.materials import Material
 from carrierflex.fe.solids.solid_matrices import solid_matrices
+from carrierflex.fe.static import HeldSolver, held_displacement
 from carrierflex.fe.structural_model import (
     PIN_PILOTS,
     StructuralModel,
@@ -108,19 +116,40 @@ class BuiltCarrier:
     interface: CarrierParameters | CarrierInterface
     gear: GearData
 
+    @property
+    def n_planets(self) -> int:
+        """Number of its pins."""
+        return self.interface.n_planets
+
+    @property
+    def cases(self) -> UnitCases:
+        """Its unit load cases."""
+        if self.structure.name == "flexible_carrier":
+            return flexible_cases(self.interface, self.gear)
+        return stiff_cases(self.gear, self.n_planets)
+
+    def solved(self, solver: HeldSolver = held_displacement) -> CarrierDeflection:
+        """Deflection under the unit load cases, the shaft face held."""
+        face = self.mesh.surface("shaft_face")
+        return carrier_deflection(self.structure, face, self.cases, solver=solver)
+
 
 def built_carrier(
-    variant: str, stage: StageParameters, size: float, files: CarrierFiles
+    variant: str,
+    stage: StageParameters,
+    size: float,
+    files: CarrierFiles,
+    assembly: Assembly = assemble_stiffness_and_mass,
 ) -> BuiltCarrier:
     """Finite elements of a variant of the carrier; errors as of :func:`given_structure`.
 
     The gear's centre distance is that of the bores of a given carrier.
     """
     if not files.given:
-        mesh, structure = body_structure(f"{variant}_carrier", stage, size)
+        mesh, structure = body_structure(f"{variant}_carrier", stage, size, assembly)
         return BuiltCarrier(mesh, structure, stage.carrier, stage.gear)
     given = files.mesh(variant, size)
-    structure, interface = given_structure(variant, given, files.materials())
+    structure, interface = given_structure(variant, given, files.materials(), assembly)
     gear = replace(stage.gear, centre_distance=interface.centre_distance)
     return BuiltCarrier(given, structure, interface, gear)
 

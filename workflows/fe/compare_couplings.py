@@ -72,7 +72,6 @@ def main(
     """
     stage = read_parameters(parameters)
 
-    from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
     from carrierflex.reduction.coupling_bracket import coupling_bracket
     from carrierflex.workflows.fe.bodies import built_carrier
     from carrierflex.workflows.fe.carrier_variants import default_gear_notes
@@ -96,14 +95,9 @@ def main(
             if files.given:
                 warnings += mesh_warnings(built.mesh)
                 warnings += default_gear_notes(built.gear)
-            cases = (
-                flexible_cases(built.interface, built.gear)
-                if variant == "flexible"
-                else stiff_cases(built.gear, built.interface.n_planets)
-            )
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
             brackets[variant] = coupling_bracket(
-                curve_name, built.mesh, built.structure, cases["both"]
+                curve_name, built.mesh, built.structure, built.cases["both"]
             )
     # One line for both variants where they warn alike.
     for text in dict.fromkeys(warnings):

@@ -171,26 +171,16 @@ def _compute(
     from carrierflex.workflows.fe.carrier_variants import (
         FINITE_ELEMENTS,
         default_gear_notes,
-        flexible_variant,
-        given_variant,
-        stiff_variant,
+        solved_carrier,
     )
     from carrierflex.workflows.geometry.carrier_files import mesh_warnings
 
     stages = Stages(3, quiet)
     finite_elements = FINITE_ELEMENTS[assembly]
     with stages.stage(f"flexible carrier, elements of {size:.4g} m"):
-        flexible = (
-            given_variant("flexible", files, stage, size, finite_elements)
-            if files.given
-            else flexible_variant(stage, size, finite_elements)
-        )
+        flexible = solved_carrier("flexible", stage, size, files, finite_elements)
     with stages.stage(f"stiff carrier, elements of {size:.4g} m"):
-        stiff = (
-            given_variant("stiff", files, stage, size, finite_elements)
-            if files.given
-            else stiff_variant(stage, size, finite_elements)
-        )
+        stiff = solved_carrier("stiff", stage, size, files, finite_elements)
     _refuse_different_carriers(flexible, stiff)
     # One line for both variants where they warn alike.
     notes = [*mesh_warnings(flexible.mesh), *mesh_warnings(stiff.mesh)]

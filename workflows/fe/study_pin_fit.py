@@ -122,12 +122,7 @@ def static_family(
     files : CarrierFiles
         STEP file or meshes of the carrier, where it is not that of the dimensions.
     """
-    from carrierflex.fe.carrier_curves import (
-        UNIT_TORQUE,
-        carrier_deflection,
-        flexible_cases,
-        stiff_cases,
-    )
+    from carrierflex.fe.carrier_curves import UNIT_TORQUE
     from carrierflex.fe.load_cases import gear_forces
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, torque_curve
@@ -140,20 +135,12 @@ def static_family(
     clamped = {}
     for name in ("flexible", "stiff"):
         built = built_carrier(name, stage, size, files)
-        interface, gear = built.interface, built.gear
-        radius = interface.sensor_radius
-        loads = (
-            flexible_cases(interface, gear)
-            if name == "flexible"
-            else stiff_cases(gear, interface.n_planets)
-        )
+        radius = built.interface.sensor_radius
         models[name] = craig_bampton(built.structure, 0).model
-        clamped_pilots[name] = torque_curve(name, models[name], loads["both"], radius)
-        clamped[name] = carrier_deflection(
-            built.structure, np.unique(built.mesh.surface("shaft_face")), loads
-        ).curves["both"]
+        clamped_pilots[name] = torque_curve(name, models[name], built.cases["both"], radius)
+        clamped[name] = built.solved().curves["both"]
     pin = craig_bampton(built_pin(stage, size, files, built.mesh), 0).model
-    forces = gear_forces(UNIT_TORQUE, gear, interface.n_planets)
+    forces = gear_forces(UNIT_TORQUE, built.gear, built.n_planets)
     extremes = ExtremeCurves(
         clamped_pilots["stiff"], clamped_pilots["flexible"], clamped["stiff"], clamped["flexible"]
     )

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.mounting.table_3 import TABLE_3
+from carrierflex.workflows.figures.mounting_figures import COLOURS
 from carrierflex.workflows.figures.shared_runs import LABELS, SharedRuns
 from carrierflex.workflows.figures.sketching import (
     INK,
@@ -28,7 +29,6 @@ _SAMPLES = 4000
 _LABELS = {"linear": "Lin", "nonlinear": "NLin", "hydrodynamic": "HD-b"}
 #: Half the width of a step of the flow charts, and where their ways back run.
 _HALF, _WAY_BACK = 1.4, 1.95
-_COLOURS = {"Lin": "#d55e00", "NLin": "#0072b2", "HD-b": "tab:green"}
 
 
 def bushing_models() -> Figure:
@@ -41,20 +41,13 @@ def bushing_models() -> Figure:
     return figure
 
 
-def force_loops(frequency: float = FREQUENCY, amplitude: float = AMPLITUDE) -> dict[
-    str, tuple[NDArray[np.float64], NDArray[np.float64]]
-]:  # fmt: skip
+def _force_loops(
+    frequency: float = FREQUENCY, amplitude: float = AMPLITUDE
+) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Deflection [m] and force [N] over the second cycle of a slow sine, by model of table 3.
 
     The fluid's mass has no influence (:mod:`carrierflex.simulation.mounting.bushings`): spring and
     damper of its branch stand in series.
-
-    Parameters
-    ----------
-    frequency : float
-        Of the motion [Hz].
-    amplitude : float
-        Of the motion [m].
     """
     t = np.linspace(0.0, 2.0 / frequency, 2 * _SAMPLES + 1)
     omega = 2.0 * np.pi * frequency
@@ -75,8 +68,8 @@ def force_loops(frequency: float = FREQUENCY, amplitude: float = AMPLITUDE) -> d
 
 
 def _draw_laws(axes: Axes) -> None:
-    for label, (u, force) in force_loops().items():
-        axes.plot(u * 1e3, force / 1e3, color=_COLOURS[label], lw=1.3, label=label)
+    for label, (u, force) in _force_loops().items():
+        axes.plot(u * 1e3, force / 1e3, color=COLOURS[label], lw=1.3, label=label)
     axes.set(
         xlabel="deflection $u$ [mm]", ylabel="force of one bushing [kN]",
         title=f"table 3, sine of {AMPLITUDE * 1e3:.0f} mm at {FREQUENCY:g} Hz",
@@ -172,7 +165,7 @@ def _draw_convergence(axes: Axes, shared: SharedRuns) -> None:
         search, fit = records.searches[model], records.estimates[model].fit
         calls, least, largest = search.history.T
         worst = np.where(np.isfinite(largest), largest, np.nan)
-        colour = _COLOURS[label]
+        colour = COLOURS[label]
         end = "" if search.converged else ", stopped"
         axes.loglog(
             calls, least, color=colour, lw=1.8, label=f"{label}, best ({calls[-1]:.0f}{end})"

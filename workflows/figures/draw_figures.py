@@ -78,7 +78,7 @@ def main(
     ValueError
         Where there is no figure of a number, or a run would be shorter than two revolutions.
     """
-    chosen = chosen_figures(paper, only)
+    chosen = _chosen_figures(paper, only)
     _refuse_runs(duration, evaluations)
     folder = prepared_folder(out)
 
@@ -136,14 +136,8 @@ def _numbers(shared: SharedRuns, needed: Sequence[str]) -> dict[str, object]:
     return numbers
 
 
-def chosen_figures(paper: str | None, only: Sequence[str]) -> tuple[PaperFigure, ...]:
-    """Figures of a paper, or of both, reduced to the named ones where there are any.
-
-    Raises
-    ------
-    ValueError
-        Where a name is unknown or names a figure of the other paper.
-    """
+def _chosen_figures(paper: str | None, only: Sequence[str]) -> tuple[PaperFigure, ...]:
+    """Figures of a paper, or of both, reduced to the named ones where there are any."""
     from carrierflex.workflows.figures.index_page import FIGURES
 
     offered = {figure.name: figure for figure in FIGURES if paper in (None, figure.paper)}

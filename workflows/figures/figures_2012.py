@@ -65,8 +65,6 @@ _RECORDS = (
     "to table 4. Sensor zeroes and gains are chosen."
 )
 _STAGE = ("flexible", "stiff", "bodies", "stage")
-
-
 #: Housing angles of the axial and of the radial sensors [deg] (section 2).
 _AXIAL_SENSORS, _RADIAL_SENSORS = (47, 137, 227, 317), (40, 310)
 _TILT_H, _TILT_PLC = SENSOR, "#d07a1e"
@@ -83,8 +81,6 @@ _CARRIER_HALF = (
     (0.0, 0.0), (0.0, 0.44), (0.1, 0.44), (0.1, 0.3), (0.32, 0.3), (0.32, 0.44), (0.4, 0.44),
     (0.4, 0.0),
 )  # fmt: skip
-
-
 #: Parameters of model M1, figure 10, and what M2 adds, figure 11.
 _RIGID_PARAMETERS = ("d_x", "theta_H", "phi_H", "theta_PLC", "phi_PLC")
 _DEFLECTION_PARAMETERS = ("rho_s", "rho_f")

@@ -180,7 +180,7 @@ def deflection_curves(shared: SharedRuns) -> Figure:
 
 def seventh_mode(shared: SharedRuns) -> Figure:
     """First elastic mode of main shaft, carrier and pins, free in space (2012, figure 12)."""
-    shapes, mode, pivot = mode_shapes(shared)
+    shapes, mode, pivot = _mode_shapes(shared)
     everything = np.concatenate([points for _, points, _ in shapes])
     length = float(np.ptp(everything, axis=0).max())
     largest = max(float(np.linalg.norm(u, axis=1).max()) for _, _, u in shapes)
@@ -222,18 +222,8 @@ def seventh_mode(shared: SharedRuns) -> Figure:
 BodyShape = tuple[TetMesh, NDArray[np.float64], NDArray[np.float64]]
 
 
-def mode_shapes(shared: SharedRuns) -> tuple[list[BodyShape], AssemblyMode, float]:
-    """Shapes of main shaft, carrier and pins in the first elastic mode of the free group.
-
-    Returns
-    -------
-    parts : list of BodyShape
-        Shaft, carrier, pins 1 to 3, in one frame and to one scale.
-    mode : AssemblyMode
-        The mode.
-    pivot : float
-        Largest rotation of a pin against its bore over the hub's at the shaft.
-    """
+def _mode_shapes(shared: SharedRuns) -> tuple[list[BodyShape], AssemblyMode, float]:
+    """Shapes of main shaft, carrier and pins in the first elastic mode of the free group."""
     carrier, pin, shaft = (shared.bodies[name] for name in ("carrier", "pin", "main_shaft"))
     group = rotating_group(
         carrier.reduction.model, pin.reduction.model, shaft.reduction.model, pin_fit=PAPER_STIFFNESS

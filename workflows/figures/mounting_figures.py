@@ -18,7 +18,7 @@ _ROTATION = (-5.0, 10.0)
 #: Directions of the cylinders of the radial load, assumed: 45 degrees to either side of upright.
 _CYLINDER_ANGLE = np.deg2rad(45.0)
 _SYMBOLS = ("$d_x$", "$d_y$", "$d_z$", r"$\theta_x$", r"$\theta_y$", r"$\theta_z$")
-_COLOURS = {"NLin": "#0072b2", "Lin": "#d55e00", "HD-b": "tab:green"}
+COLOURS = {"NLin": "#0072b2", "Lin": "#d55e00", "HD-b": "tab:green"}
 
 
 def load_case(shared: SharedRuns) -> Figure:
@@ -76,7 +76,7 @@ def roll_of_three_models(shared: SharedRuns) -> Figure:
     for model, label in LABELS.items():
         rms = _rms(records, model)[column] * 1e3
         axes.plot(
-            time, records.adapted[model][:, column] * 1e3, color=_COLOURS[label], lw=1.0,
+            time, records.adapted[model][:, column] * 1e3, color=COLOURS[label], lw=1.0,
             label=f"{label}, RMS of the gap {rms:.3f}",
         )  # fmt: skip
     axes.set(
@@ -100,7 +100,7 @@ def _draw_inset(inset: Axes, records: MountingRecords, column: int) -> None:
     inset.plot(time[last], records.measured[last, column] * 1e3, color="0.65", lw=2.4)
     for model, label in LABELS.items():
         inset.plot(
-            time[last], records.adapted[model][last, column] * 1e3, color=_COLOURS[label], lw=1.0
+            time[last], records.adapted[model][last, column] * 1e3, color=COLOURS[label], lw=1.0
         )
     inset.set_xlim(600.0, 620.0)
     inset.tick_params(labelsize=8)

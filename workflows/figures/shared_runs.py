@@ -37,11 +37,9 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import MountingCase, read_mounting_case
 from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameter_arrays import check_parameters, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import check_parameters
 from carrierflex.simulation.mounting.parameters import INDEX
-from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate, with_noise
-from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.quasi_static import rest_readings
 from carrierflex.simulation.stage.readings import ReadingEffects
@@ -53,39 +51,31 @@ from carrierflex.simulation.stage.stage_body import (
 )
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.torque_sweep import StageSweeps, stage_sweeps
 from carrierflex.workflows.executors import SerialExecutor
 from carrierflex.workflows.fe.bodies import body_structure
 from carrierflex.workflows.fe.carrier_variants import (
     CarrierVariant,
-    flexible_variant,
-    stiff_variant,
+    carrier_variant,
 )
-from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
+from carrierflex.workflows.simulation.simulate_stage import (
+    stage_campaign,
+    stage_pieces,
+    stage_run_record,
+)
+from carrierflex.workflows.simulation.simulate_table_5 import SENSOR_ERRORS
 
 #: Fixed-interface modes kept of carrier, pin and main shaft.
 _N_MODES = {"carrier": 20, "pin": 4, "main_shaft": 10}
 #: Torque up to which figure 11 of the 2011 paper is drawn: its axis ends at 8 mrad, and the gearbox
 #: has 27 MN m/rad [N m].
 _SWEEP = 27e6 * 8e-3
-
-
 #: Load case that the paper of 2012 shows in time.
 SHOWN = "LC2"
 #: Names of the bushing models in the paper's figures.
 LABELS = {NONLINEAR.name: "NLin", LINEAR.name: "Lin", HYDRODYNAMIC.name: "HD-b"}
 #: Elastic body of the stage for a pin fit [N m/rad] and a kind of main shaft.
 _BodyOf = Callable[[float, str], StageBody]
-#: Zeroes and gains of the sensors, chosen: usual errors of eddy-current sensors.
-_SENSOR_ERRORS = {
-    "s047": SensorError(gain=0.01, zero=20e-6),
-    "s137": SensorError(gain=-0.01, zero=-10e-6),
-    "s227": SensorError(gain=0.005, zero=-20e-6),
-    "s317": SensorError(gain=-0.005, zero=10e-6),
-}
-
-
 #: The paper keeps 2000 samples of 520 s [1/s].
 _SAMPLE_RATE = 2000.0 / 520.0
 #: Radial load along y and z [N]: not printed, chosen within the axis of figure 6 (100 kN a
@@ -175,12 +165,12 @@ class SharedRuns:
     @cached_property
     def flexible(self) -> CarrierVariant:
         """Carrier without pins under the unit load cases."""
-        return flexible_variant(self.parameters, self.size)
+        return carrier_variant("flexible", self.parameters, self.size)
 
     @cached_property
     def stiff(self) -> CarrierVariant:
         """Carrier with bonded pins under the unit load cases."""
-        return stiff_variant(self.parameters, self.size)
+        return carrier_variant("stiff", self.parameters, self.size)
 
     @cached_property
     def curves(self) -> dict[str, DeflectionCurve]:
@@ -232,7 +222,7 @@ def _stage_records(
 ) -> _StageRecords:
     """Make the records, identify M1 and M2 from each, simulate LC2."""
     real = replace(read_stage_case(shipped_case("stage_papers_gap")), duration=duration)
-    reading = replace(real.reading, sensors=_SENSOR_ERRORS)
+    reading = replace(real.reading, sensors=SENSOR_ERRORS)
     body = body_of(real.pin_fit_stiffness, real.main_shaft)
     rng = np.random.default_rng(real.seed)
     runs = [
@@ -267,16 +257,7 @@ def _record(
     rng: np.random.Generator | None,
 ) -> Run:
     model = stage_model(body, case.data, effects=case.effects, speed=case.speed)
-    pieces = simulate_stage(
-        model,
-        run.load,
-        case.sensors,
-        duration=case.duration,
-        sample_rate=case.sample_rate,
-        step=case.step,
-        effects=reading,
-        rng=rng,
-    )
+    pieces = stage_pieces(model, replace(case, reading=reading), run, rng)
     return stage_run_record(run, list(pieces))
 
 
@@ -305,7 +286,10 @@ def _mounting_records(evaluations: int) -> MountingRecords:
         campaign,
         inputs,
         case.rig.housing_motion(noisy.signals),
-        {name: _motion(case.rig, estimate, inputs) for name, estimate in estimates.items()},
+        {
+            name: case.rig.housing_motion(estimate.simulated(case.rig, inputs).signals)
+            for name, estimate in estimates.items()
+        },
         estimates,
         {
             model.name: search_bushings(
@@ -329,10 +313,3 @@ def _case() -> MountingCase:
     )
     runs = (replace(run, history=history),)
     return replace(shipped, truth=truth, runs=runs)
-
-
-def _motion(
-    rig: MountingRig, estimate: BushingEstimate, inputs: MountingInputs
-) -> NDArray[np.float64]:
-    values = estimate.model.simulator_values(estimate.fit.values)
-    return rig.housing_motion(simulate(rig, parameter_array(rig, values), inputs).signals)

@@ -49,7 +49,6 @@ def box(
     colour: str = STEEL,
     *,
     hatch: str = "",
-    line: float = 0.8,
     layer: float = 2.0,
 ) -> None:
     """Rectangle between two x and two y."""
@@ -60,7 +59,7 @@ def box(
             y[1] - y[0],
             facecolor=colour,
             edgecolor=INK,
-            linewidth=line,
+            linewidth=0.8,
             hatch=hatch,
             zorder=layer,
         )
@@ -81,11 +80,9 @@ def mirrored(
     box(axes, x, (-radius[1], -radius[0]), colour, hatch=hatch, layer=layer)
 
 
-def outline(
-    axes: Axes, corners: Sequence[Point], colour: str, *, line: float = 0.8, layer: float = 2.0
-) -> None:
+def outline(axes: Axes, corners: Sequence[Point], colour: str, *, layer: float = 2.0) -> None:
     """Closed polygon."""
-    axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=INK, linewidth=line, zorder=layer))
+    axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=layer))
 
 
 def disc(
@@ -136,11 +133,9 @@ def leader(
     axes.plot(*at, "o", color=colour, markersize=3, zorder=9)
 
 
-def words(
-    axes: Axes, text: str, at: Point, *, colour: str = INK, size: float = 9.0, align: str = "center"
-) -> None:
+def words(axes: Axes, text: str, at: Point, *, colour: str = INK, size: float = 9.0) -> None:
     """Text on a white ground."""
-    axes.text(*at, text, ha=align, va="center", fontsize=size, color=colour, bbox=_BOX, zorder=9)
+    axes.text(*at, text, ha="center", va="center", fontsize=size, color=colour, bbox=_BOX, zorder=9)
 
 
 def _headed_line(
@@ -303,15 +298,14 @@ def cross(
     up: str,
     *,
     to_left: bool = False,
-    colour: str = INK,
 ) -> None:
     """Two axes at a right angle: one to the right (or the left), one up."""
     sign = -1.0 if to_left else 1.0
     arrow(
-        axes, origin, (origin[0] + sign * length, origin[1]), right, colour=colour, width=1.2,
+        axes, origin, (origin[0] + sign * length, origin[1]), right, colour=INK, width=1.2,
         text_at=(origin[0] + sign * 1.25 * length, origin[1]),
     )  # fmt: skip
     arrow(
-        axes, origin, (origin[0], origin[1] + length), up, colour=colour, width=1.2,
+        axes, origin, (origin[0], origin[1] + length), up, colour=INK, width=1.2,
         text_at=(origin[0], origin[1] + 1.25 * length),
     )  # fmt: skip

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 from carrierflex.files.json_files import read_json, save_json, save_text
 from carrierflex.files.shown_values import shortened
 from carrierflex.files.versions import Software, Versions, software_name, versions
-from carrierflex.files.whole_files import refuse_foreign_files, whole_file
+from carrierflex.files.whole_files import file_digest, refuse_foreign_files, whole_file
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.workflows.diagnosis.diagnose_campaign import REPORT_FILE, marks_of_diagnosis
@@ -97,7 +97,7 @@ class _Options:
 
     def document(self) -> OptionsDocument:
         """What decides a result."""
-        laws = [hashlib.sha256(path.read_bytes()).hexdigest() for path in self.law]
+        laws = [file_digest(path) for path in self.law]
         return {
             "baseline": self.baseline,
             "effects": self.effects,
@@ -356,11 +356,8 @@ def _words_of(error: BaseException) -> str:
 
 def _key(campaign: Path, options: _Options) -> str:
     """SHA-256 of the files of a campaign, the options and the versions."""
-    digests = {}
-    for path in sorted(campaign.iterdir()):
-        if path.is_file() and not path.name.startswith("."):
-            with path.open("rb") as file:
-                digests[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
+    files = [path for path in sorted(campaign.iterdir()) if path.is_file()]
+    digests = {path.name: file_digest(path) for path in files if not path.name.startswith(".")}
     content = {"files": digests, "options": options.document(), "versions": versions()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

@@ -8,23 +8,27 @@ command goes on. A good answer: no alarm, and a dead band below the size that ma
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, TypedDict
 
 import numpy as np
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pa_parquet
+from numpy.typing import NDArray
 
 from carrierflex.files.json_files import read_document, save_json, save_text
 from carrierflex.files.versions import Software, Versions, software_name, versions
-from carrierflex.files.whole_files import refuse_foreign
+from carrierflex.files.whole_files import file_digest, refuse_foreign
 from carrierflex.identification.campaign.declarations import expected_columns
-from carrierflex.identification.campaign.document_files import read_campaign_header
-from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
-from carrierflex.identification.campaign.run_files import ExpectedColumns
+from carrierflex.identification.campaign.document_files import read_campaign_header, run_file_header
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, RUN_SUFFIXES
+from carrierflex.identification.campaign.run_files import ExpectedColumns, column_pieces
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.outputs import prepared_folder
@@ -33,8 +37,13 @@ from carrierflex.workflows.progress import Stages
 if TYPE_CHECKING:
     from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
     from carrierflex.diagnosis.carrier.watch.turbine_watch import Alarm, TurbineWatch
-    from carrierflex.workflows.fleet.sample_streams import Piece
 
+Columns = dict[str, NDArray[np.float64]]
+#: Consecutive samples of one file, empty of standard input; no columns where there is nothing new.
+Piece = tuple[str, Columns]
+#: Bytes of standard input that are taken at once at most.
+_BLOCK = 1 << 18
+_STANDARD_INPUT = "standard input"
 FORMAT = "carrierflex-watch"
 WATCH_FILE, PAGE_FILE, STATE_FILE = "watch.json", "watch.html", "state.npz"
 #: Seconds between two states, and between two pages, where no alarm comes.
@@ -201,7 +210,7 @@ def _diagnosed(
             )
     header = read_campaign_header(campaign)
     stated = (document.get("records") or {}).get("files", {}).get(DOCUMENT_NAME)
-    present = hashlib.sha256((campaign / DOCUMENT_NAME).read_bytes()).hexdigest()
+    present = file_digest(campaign / DOCUMENT_NAME)
     if stated is not None and stated != present:
         raise ValueError(
             f"{campaign / DOCUMENT_NAME}: has changed since {path} was written; expected the "
@@ -212,7 +221,7 @@ def _diagnosed(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     kinds = expected_columns(header.contract, header.channels, header.baseline)
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = file_digest(path)
     return rim, ExpectedColumns(kinds, others_allowed=True), document, digest
 
 
@@ -220,12 +229,9 @@ def _samples(
     source: Path, expected: ExpectedColumns, watch: TurbineWatch, follow: float | None
 ) -> Iterator[Piece]:
     """Samples of the source from where the watch is."""
-    from carrierflex.workflows.fleet.sample_streams import Position, folder_samples, stream_samples
-
-    after = Position(watch.file, watch.position)
     if str(source) == "-":
-        return stream_samples(sys.stdin.buffer, expected, after)
-    return folder_samples(source, expected, after, follow=follow)
+        return _checked(_rows(sys.stdin.buffer, expected), watch.position, "")
+    return _folder_samples(source, expected, watch.file, watch.position, follow=follow)
 
 
 def _alarms(
@@ -235,8 +241,8 @@ def _alarms(
     from carrierflex.diagnosis.carrier.watch.rim_revolutions import RevolutionSplitter
 
     splitter = RevolutionSplitter()
-    for piece in samples:
-        for turn in splitter.turns(piece.columns, piece.file):
+    for file, columns in samples:
+        for turn in splitter.turns(columns, file):
             alarm = watch.take(*turn)
             if alarm is not None:
                 writer.write(page=True)
@@ -322,3 +328,96 @@ class _Writer:
             alarms=watch.alarms,
             lines=[self.line(alarm) for alarm in watch.alarms],
         )
+
+
+def _folder_samples(
+    folder: Path, expected: ExpectedColumns, file: str, time_read: float, *, follow: float | None
+) -> Iterator[Piece]:
+    """Samples of the files of a folder in the order of their names, and of those that come."""
+    last = ""
+    while True:
+        names = sorted(
+            path.name
+            for path in folder.iterdir()
+            if path.suffix.lower() in RUN_SUFFIXES
+            and not path.name.startswith((".", "_"))
+            and path.name > last
+            and path.name >= file
+        )
+        for name in names:
+            path = folder / name
+            if follow is not None and name == names[-1] and not _is_complete(path):
+                break
+            last = name
+            if "time" not in run_file_header(path):
+                continue
+            begin = time_read if name == file else -np.inf
+            yield from _checked(column_pieces(path, expected), begin, name)
+        if follow is None:
+            return
+        yield last, {}
+        time.sleep(follow)
+
+
+def _rows(stream: BinaryIO, expected: ExpectedColumns) -> Iterator[Columns]:
+    """Rows of a CSV stream in the pieces in which they come."""
+    header = stream.readline()
+    names = [name.strip().strip('"') for name in header.decode("utf-8", "replace").split(",")]
+    columns = expected.columns_to_read(names, _STANDARD_INPUT)
+    convert = pa_csv.ConvertOptions(
+        column_types=dict.fromkeys(columns, "float64"),
+        include_columns=columns,
+        null_values=["", "nan", "NaN", "NAN", "NA"],
+    )
+    read = pa_csv.ReadOptions(column_names=names)
+    read1 = getattr(stream, "read1", stream.read)
+    begun = b""
+    while block := read1(_BLOCK):
+        text, newline, begun = (begun + block).rpartition(b"\n")
+        if not text.strip():
+            continue
+        try:
+            rows = io.BytesIO(text + newline)
+            table = pa_csv.read_csv(rows, read_options=read, convert_options=convert)
+        except ValueError as error:
+            reason = str(error).splitlines()[0]
+            raise ValueError(f"{_STANDARD_INPUT}: {reason}; expected rows of numbers") from error
+        yield {
+            name: np.array(table[name].to_numpy(zero_copy_only=False), dtype=np.float64)
+            for name in columns
+        }
+
+
+def _is_complete(path: Path) -> bool:
+    """Whether a Parquet file has its end, which one that is being written has not."""
+    if path.suffix.lower() != ".parquet":
+        return True
+    try:
+        with path.open("rb") as opened:
+            pa_parquet.ParquetFile(opened)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _checked(pieces: Iterator[Columns], after: float, file: str) -> Iterator[Piece]:
+    """Samples of one file after a time; time increases, inputs are there."""
+    where = file or _STANDARD_INPUT
+    last = -np.inf
+    for piece in pieces:
+        times = piece["time"]
+        for name in ("time", "carrier_angle", "torque", "ntl_y", "ntl_z"):
+            if name in piece and not np.isfinite(piece[name]).all():
+                raise ValueError(
+                    f"{where}: column '{name}' has a missing value; expected a finite number in "
+                    "every row"
+                )
+        goes_back = np.diff(np.concatenate([[last], times])) <= 0.0
+        if goes_back.any():
+            raise ValueError(
+                f"{where}: column 'time' goes back to {times[int(np.argmax(goes_back))]:g} s; "
+                "expected time that increases"
+            )
+        last = float(times[-1]) if times.size else last
+        wanted = times > after
+        yield file, {name: values[wanted] for name, values in piece.items()}

@@ -3,7 +3,6 @@
 A STEP file with stated surfaces, or meshes with named surfaces.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from carrierflex.fe.solids.solid_matrices import (
     linear_warnings,
     refuse_inverted,
 )
+from carrierflex.files.whole_files import file_digest
 from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_element_size
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids
@@ -241,8 +241,7 @@ def refuse_changed(
 def _digest(path: Path) -> str:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return file_digest(path)
 
 
 def mesh_warnings(mesh: GivenMesh) -> tuple[str, ...]:

@@ -59,7 +59,7 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     lines = list(parameter_lines(stage))
     with whole_file(out) as path:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    save_figure(drawing, dimensioned_drawing(stage.carrier))
+    save_figure(drawing, _dimensioned_drawing(stage.carrier))
     return WrittenParameters(out, drawing, sum(" = " in line for line in lines))
 
 
@@ -95,14 +95,8 @@ def _range_words(low: float, high: float) -> str:
     return f"alone: {low:.4g} to {high:.4g}"
 
 
-def dimensioned_drawing(carrier: CarrierParameters) -> "Figure":
-    """Longitudinal section above the axis, and the face, with the names of all dimensions.
-
-    Parameters
-    ----------
-    carrier : CarrierParameters
-        Dimensions [m]; drawn to scale in millimetres.
-    """
+def _dimensioned_drawing(carrier: CarrierParameters) -> "Figure":
+    """Longitudinal section above the axis, and the face, with the names of all dimensions."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13.0, 7.0), layout="constrained")

@@ -6,7 +6,7 @@ and 3. A good answer: the richer model fits better by more than rounding, no par
 bound, and the intervals are narrow beside the values.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.files.json_files import plain
+from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.campaign_check.records_check import records_findings
-from carrierflex.identification.estimate_files import FORMAT, VERSION, write_identification
+from carrierflex.identification.estimate_files import FORMAT, VERSION
 from carrierflex.identification.estimation.complex_method import ComplexSearch
 from carrierflex.identification.mounting.bushing_identification import (
     BushingEstimate,
@@ -39,11 +39,21 @@ from carrierflex.identification.mounting.bushing_models import (
     BushingModel,
     mounting_residuals,
 )
-from carrierflex.identification.view import bushing_signals_figure, profile_figure
+from carrierflex.identification.view import (
+    MotionRecord,
+    bushing_signals_figure,
+    housing_motion_figure,
+    profile_figure,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
 from carrierflex.workflows.executors import check_workers, work_executor
-from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
-from carrierflex.workflows.simulation.housing_motion import measured_motion, write_housing_motion
+
+#: A singular value below this share of the largest one: the sensors do not see the direction.
+_UNSEEN = 1e-9
+_MOTION_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +157,7 @@ def identify(
         files = _written(out, measured, result, profiles)
         if motion is None:
             return replace(result, files=files)
-        more, rms = write_housing_motion(out, measured, motion, _last_by_run(measured, result))
+        more, rms = _write_housing_motion(out, measured, motion, _last_by_run(measured, result))
         return replace(result, files=(*files, *more), motion_rms=rms)
 
 
@@ -206,7 +216,7 @@ def _written(
     out: Path, measured: Campaign, result: BushingIdentification, profiles: Mapping[str, Any]
 ) -> tuple[Path, ...]:
     files = [out / "identification.json", out / "signals.png"]
-    write_identification(files[0], plain(_document(measured, result)))
+    save_json(files[0], _document(measured, result))
     save_figure(files[1], bushing_signals_figure(measured, _last_by_run(measured, result)))
     if profiles:
         save_figure(out / "profiles.png", profile_figure(profiles))
@@ -304,3 +314,72 @@ def fitted_parameters(estimate: BushingEstimate) -> dict[str, Any]:
 def _run_rms(estimate: BushingEstimate, run: str) -> float:
     """RMS of a run over its channels, which are sampled alike."""
     return float(np.sqrt(np.nanmean(np.square(list(estimate.rms_by_run[run].values())))))
+
+
+def measured_motion(campaign: Campaign) -> dict[str, NDArray[np.float64]]:
+    """Motion of the housing by run, shape (n, 6), NaN where a sensor is missing.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign's sensors cannot tell the six coordinates apart.
+    """
+    rig = MountingRig.from_table(campaign.rig)
+    names = {str(channel.sensor): channel.name for channel in campaign.channels}
+    sensors = [sensor for sensor in SENSORS if sensor in names]
+    _refuse_unseen(rig.sensor_matrix[[SENSORS.index(sensor) for sensor in sensors]], sensors)
+    return {
+        run.name: rig.housing_motion(
+            np.column_stack([run.signals[names[sensor]] for sensor in sensors])
+        )
+        for run in campaign.runs
+    }
+
+
+def _refuse_unseen(T: NDArray[np.float64], sensors: Sequence[str]) -> None:
+    """Refuse sensors that leave a direction of motion unseen, and name it."""
+    _, sizes, directions = np.linalg.svd(T)
+    rank = int((sizes > _UNSEEN * sizes[0]).sum()) if sizes.size else 0
+    if rank == len(HOUSING_MOTION):
+        return
+    unseen = directions[-1] / np.abs(directions[-1]).max()
+    terms = " ".join(
+        f"{share:+.2g} {name}"
+        for share, name in zip(unseen, HOUSING_MOTION, strict=True)
+        if abs(share) > 1e-6
+    )
+    raise ValueError(
+        f"housing motion: {len(sensors)} sensors ({', '.join(sensors)}) see {rank} of "
+        f"{len(HOUSING_MOTION)} coordinates; the motion {terms} stays unseen; expected more "
+        "sensors, or fewer coordinates to solve for"
+    )
+
+
+def _write_housing_motion(
+    out: Path,
+    campaign: Campaign,
+    measured: Mapping[str, NDArray[np.float64]],
+    estimates: Mapping[str, BushingEstimate],
+) -> tuple[tuple[Path, ...], dict[str, NDArray[np.float64]]]:
+    """Files of the motion, measured and by identified bushings; RMS by run, shape (2, 6)."""
+    rig = MountingRig.from_table(campaign.rig)
+    motions: dict[str, MotionRecord] = {}
+    files, rms = [], {}
+    for run in campaign.runs:
+        estimate = estimates[run.name]
+        inputs = MountingInputs.from_columns(run.time, run.inputs)
+        simulated = rig.housing_motion(estimate.simulated(rig, inputs).signals)
+        motions[run.name] = (run.time, measured[run.name], simulated)
+        squares = [measured[run.name] ** 2, (measured[run.name] - simulated) ** 2]
+        rms[run.name] = np.sqrt([np.nanmean(square, axis=0) for square in squares])
+        header = [
+            f"{name}_{kind} [{unit}]"
+            for kind in ("measured", "simulated")
+            for name, unit in zip(HOUSING_MOTION, _MOTION_UNITS, strict=True)
+        ]
+        files.append(out / f"housing_motion_{Path(run.file).stem}.csv")
+        rows = np.column_stack([run.time, measured[run.name], simulated])
+        save_table(files[-1], ["time [s]", *header], rows.tolist())
+    files.append(out / "housing_motion.png")
+    save_figure(files[-1], housing_motion_figure(motions))
+    return tuple(files), rms

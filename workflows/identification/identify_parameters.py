@@ -9,7 +9,7 @@ are not negative.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
@@ -17,27 +17,38 @@ from typing import TYPE_CHECKING, Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.json_files import save_json
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.identification.carrier.long_records import is_long
 from carrierflex.identification.carrier.models import (
     CarrierModel,
     flexible_model,
     rigid_model,
     with_radial_motion,
 )
-from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from carrierflex.identification.campaign.declarations import Channel
+    from carrierflex.identification.campaign.records import Run
     from carrierflex.identification.carrier.carrier_identification import FitOptions
     from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
     from carrierflex.identification.carrier.robust_loss import Outliers
-    from carrierflex.workflows.identification.identified_figures import Fits
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
+
+    #: Model and estimate by model name and run.
+    Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
+
+
+#: Runs whose signals are drawn, and sensors of each, those that the model explains least: nobody
+#: looks at hundreds.
+_MOST_DRAWN = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,19 +222,35 @@ def main(
 
 
 def _identified_mass(campaign: Path, out: Path, mass: float | None, quiet: bool) -> Identification:
-    from carrierflex.workflows.identification import identify_equivalent_mass
-
-    what = identify_equivalent_mass.identify(campaign, out, mass=mass, quiet=quiet)
-    by_run = dict.fromkeys([run.name for run in what.measured.runs], what.estimate)
-    model = what.estimate.model
-    return Identification(
-        what.measured.name,
-        model,
-        {model: by_run},
-        what.seconds,
-        what.files,
-        rms_unit=(1e-3, "kN m"),
+    """Fit mass and arm of the dynamometer's coupling (2011 paper, section 3)."""
+    from carrierflex.identification.estimate_files import identification_document
+    from carrierflex.identification.mounting.equivalent_mass import (
+        bending_residuals,
+        identify_equivalent_mass,
     )
+    from carrierflex.identification.view import bending_figure
+
+    stages = Stages(3, quiet)
+    with stages.stage(f"reading {campaign}"):
+        measured = read_campaign(campaign, bending=True)
+    for note in measured.notes:
+        stages.tell(note)
+    with stages.stage("least squares"):
+        start = perf_counter()
+        estimate = identify_equivalent_mass(measured, mass=mass)
+        seconds = perf_counter() - start
+    prepared_folder(out)
+    files = (out / "identification.json", out / "bending.png")
+    with stages.stage(f"writing {out}"):
+        document = identification_document(
+            measured.name, estimate, seconds=seconds, model_runs=1, warnings=()
+        )
+        save_json(files[0], document)
+        save_figure(files[1], bending_figure(bending_residuals(measured, mass), estimate))
+    by_run = dict.fromkeys([run.name for run in measured.runs], estimate)
+    estimates = {estimate.model: by_run}
+    unit = (1e-3, "kN m")
+    return Identification(measured.name, estimate.model, estimates, seconds, files, rms_unit=unit)
 
 
 def _refuse_foreign_options(
@@ -274,7 +301,7 @@ def identify_carrier(
     """
     from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
     from carrierflex.identification.carrier.carrier_identification import LEAST_SQUARES
-    from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
+    from carrierflex.identification.carrier.long_records import identify_in_pieces
     from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
 
     options = options or LEAST_SQUARES
@@ -305,10 +332,9 @@ def identify_carrier(
             for entry in models
         }
         if free_pin_angle:
-            turned = identify_with_pin_angle(
+            fits["m2"] = identify_with_pin_angle(
                 measured, *_curves(header, campaign), options, per_run=per_run
             )
-            fits["m2"] = {run: (turn.model, turn.estimate) for run, turn in turned.items()}
         seconds = perf_counter() - start
     return _written(out, measured, fits, stages, model=model, per_run=per_run, seconds=seconds)
 
@@ -316,6 +342,7 @@ def identify_carrier(
 def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campaign | None:
     """Campaign with its records; None where they are too long and one pass over them is enough."""
     from carrierflex.identification.carrier.carrier_identification import axial_channels
+    from carrierflex.identification.carrier.long_records import is_long
 
     if not is_long(folder, header):
         campaign = read_campaign(folder).within_use()
@@ -341,18 +368,11 @@ def _written(
 ) -> Identification:
     """Write identification.json and the plots."""
     from carrierflex.identification.campaign_check.records_check import records_findings
-    from carrierflex.identification.estimate_files import (
-        identification_document,
-        write_identification,
-    )
-    from carrierflex.workflows.identification.identified_figures import write_figures
+    from carrierflex.identification.estimate_files import identification_document
 
     outliers = _outliers(measured, fits[model])
     warnings = records_findings(measured)
-    estimates = {
-        name: {run: estimate for run, (_, estimate) in by_run.items()}
-        for name, by_run in fits.items()
-    }
+    estimates = _estimates(fits)
     reported = estimates[model] if per_run else next(iter(estimates[model].values()))
     with stages.stage(f"writing {out}"):
         document = identification_document(
@@ -363,10 +383,58 @@ def _written(
             outliers=outliers,
             warnings=warnings,
         )
-        write_identification(out / "identification.json", document)
-        names = write_figures(out, measured, fits, model, note=stages.note)
-    files = tuple(out / name for name in ("identification.json", *names))
-    return Identification(measured.name, model, estimates, seconds, files, outliers, warnings)
+        save_json(out / "identification.json", document)
+        files = [out / "identification.json"]
+        n_figures = 2 + min(len(measured.runs), _MOST_DRAWN)
+        # Each plot is written before the next is made.
+        for name, figure in _figures(measured, fits, model):
+            files.append(out / name)
+            save_figure(files[-1], figure)
+            stages.note(name, (len(files) - 1) / n_figures)
+    return Identification(
+        measured.name, model, estimates, seconds, tuple(files), outliers, warnings
+    )
+
+
+def _estimates(fits: Fits) -> dict[str, dict[str, ParameterEstimate]]:
+    """Estimate by model name and run."""
+    return {
+        name: {run: estimate for run, (_, estimate) in by_run.items()}
+        for name, by_run in fits.items()
+    }
+
+
+def _figures(measured: Campaign, fits: Fits, model: str) -> Iterator[tuple[str, Figure]]:
+    """Plots and their file names: of all runs, then signals of those that are explained least."""
+    from carrierflex.identification.carrier.carrier_identification import axial_channels
+    from carrierflex.identification.view import parameters_figure, rms_figure, signals_figure
+
+    estimates = _estimates(fits)
+    yield "rms.png", rms_figure(estimates)
+    yield "parameters.png", parameters_figure(estimates)
+
+    def rms(run: Run) -> float:
+        return estimates[model][run.name].rms_by_run[run.name]
+
+    least = {run.name for run in sorted(measured.runs, key=rms)[-_MOST_DRAWN:]}
+    for run in measured.runs:
+        if run.name in least:
+            shown = [by_run[run.name] for by_run in fits.values()]
+            channels = _least_explained(
+                axial_channels(measured), estimates[model][run.name].rms_by_channel[run.name]
+            )
+            yield f"signals_{Path(run.file).stem}.png", signals_figure(run, channels, shown)
+
+
+def _least_explained(channels: tuple[Channel, ...], rms: Mapping[str, float]) -> list[Channel]:
+    """Sensors that are drawn, in their order."""
+
+    def size(channel: Channel) -> tuple[bool, float]:
+        """RMS; none where the channel is missing in the run, which comes first."""
+        return rms[channel.name] >= 0.0, rms[channel.name]
+
+    drawn = sorted(channels, key=size)[-_MOST_DRAWN:]
+    return [channel for channel in channels if channel in drawn]
 
 
 def _identified(

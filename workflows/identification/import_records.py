@@ -67,7 +67,7 @@ def main(
     OSError
         Where `out` cannot be written.
     """
-    from carrierflex.identification.logs.map_files import read_map
+    from carrierflex.identification.logs.map_tables import read_map
 
     document = read_map(map_)
 

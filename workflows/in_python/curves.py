@@ -12,7 +12,7 @@ from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameters import DEFAULT_SIZE
-from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
+from carrierflex.workflows.fe.carrier_variants import carrier_variant
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ def deflection_curves(
         Where dimensions contradict one another, or the mesh cannot be made.
     """
     stage = stage_of(parameters)
-    stiff = stiff_variant(stage, size)
-    flexible = flexible_variant(stage, size)
+    stiff = carrier_variant("stiff", stage, size)
+    flexible = carrier_variant("flexible", stage, size)
     return Curves(stage, size, named_curves(stiff.deflection, flexible.deflection))
 
 

@@ -98,13 +98,13 @@ def study_of_files(
     sizes: tuple[float, ...],
 ) -> MeshStudy:
     """The study of a carrier from a STEP file, on whole meshes; parameters as of :func:`main`."""
-    from carrierflex.workflows.fe.carrier_variants import given_variant
+    from carrierflex.workflows.fe.carrier_variants import solved_carrier
 
     amplitudes: dict[str, list[NDArray[np.float64]]] = {"flexible": [], "stiff": []}
     n_dofs = []
     for size in sizes:
         for name, of_variant in amplitudes.items():
-            variant = given_variant(name, files, stage, size)
+            variant = solved_carrier(name, stage, size, files)
             orders = study_orders(variant.n_planets)
             curve = variant.deflection.curves["tangential"]
             of_variant.append(curve.axial_order_content()[list(orders)])

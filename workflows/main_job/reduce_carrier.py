@@ -10,11 +10,10 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.carrier_curves import UNIT_TORQUE, flexible_cases, sensor_curve
+from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.carrier_interface import carrier_interface
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.certificate import compliance_errors, compliance_errors_by_fields
@@ -122,9 +121,7 @@ def main(
     note("flexible carrier", _FLEXIBLE_FROM)
     flexible_body, Psi = reduced(flexible.structure)
     note("curves over the pin fit", _CURVES_FROM)
-    interface = carrier_interface(flexible.mesh) if files.given else stage.carrier
-    load = flexible_cases(interface, flexible.gear)["both"]
-    radius = interface.sensor_radius
+    load, radius = flexible.cases["both"], flexible.interface.sensor_radius
     reference = _held_through_pilot(load, radius, flexible.structure, flexible_body.model, Psi)
     forces = gear_forces(UNIT_TORQUE, flexible.gear, flexible.n_planets)
     family = PinFitFamily(flexible_body.model, pin.model, forces, radius)

@@ -89,7 +89,6 @@ def main(
         prepare_campaign_folder(out / folder)
 
     from carrierflex.fe.carrier_curves import named_curves
-    from carrierflex.geometry.carrier_interface import carrier_interface
     from carrierflex.workflows.fe.carrier_variants import carrier_variant, default_gear_notes
     from carrierflex.workflows.main_job import run_reduced_bodies
     from carrierflex.workflows.main_job.job import Job, job_summary
@@ -99,9 +98,9 @@ def main(
     stages = Stages(10, quiet)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):
-        variants["flexible"] = carrier_variant("flexible", files, stage, edge)
+        variants["flexible"] = carrier_variant("flexible", stage, edge, files)
     with stages.stage("carrier with bonded pins: mesh, matrices, load cases"):
-        variants["stiff"] = carrier_variant("stiff", files, stage, edge)
+        variants["stiff"] = carrier_variant("stiff", stage, edge, files)
         curves = named_curves(variants["stiff"].deflection, variants["flexible"].deflection)
         write_curves(out / "deflection_curves.csv", curves)
     gear = variants["flexible"].gear
@@ -115,7 +114,7 @@ def main(
             _write_meshes(out / "meshes", variants)
         with stages.stage("reduction of both carriers and a pin"):
             reduced = _reduced_bodies(out / "bodies", stage, variants, edge, files, stages.note)
-        interface = carrier_interface(variants["flexible"].mesh) if files.given else stage.carrier
+        interface = variants["flexible"].interface
         case = _load_cases(out, interface.n_planets, interface.sensor_radius)
         pictures = process.submit(draw_carriers, out / "pictures", variants, curves, reduced, case)
         with stages.stage("planetary stage and mounting in time"):

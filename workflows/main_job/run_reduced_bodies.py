@@ -34,11 +34,14 @@ from carrierflex.simulation.stage.part_loads import part_loads
 from carrierflex.simulation.stage.response import joined_records
 from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.workflows.identification.identify_bushings import measured_motion
 from carrierflex.workflows.outputs import save_figure, save_table
 from carrierflex.workflows.simulation import simulate_mounting
-from carrierflex.workflows.simulation.housing_motion import measured_motion
-from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
+from carrierflex.workflows.simulation.simulate_stage import (
+    stage_campaign,
+    stage_pieces,
+    stage_run_record,
+)
 from carrierflex.workflows.simulation.stage_bodies import stage_body_of
 
 if TYPE_CHECKING:
@@ -182,18 +185,7 @@ def _run_stage(
     body = stage_body_of(carrier, pin, case.pin_fit_stiffness)
     model = stage_model(body, case.data, effects=case.effects, speed=case.speed)
     (run,) = case.runs
-    pieces = list(
-        simulate_stage(
-            model,
-            run.load,
-            case.sensors,
-            duration=case.duration,
-            sample_rate=case.sample_rate,
-            step=case.step,
-            effects=case.reading,
-            rng=np.random.default_rng(case.seed),
-        )
-    )
+    pieces = list(stage_pieces(model, case, run, np.random.default_rng(case.seed)))
     record = stage_run_record(run, pieces)
     files: dict[str, Callable[[Path], None]] = {
         CURVES_FILE: lambda path: write_curves(path, curves),

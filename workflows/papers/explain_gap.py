@@ -151,7 +151,7 @@ def _samples(
                 f"{task.run.hypothesis.name}, width {task.run.width:g}", number / len(missing)
             )
             made.result()
-    return {task: read_samples(task, folder / task.file) for task in tasks}
+    return {task: _read_samples(task, folder / task.file) for task in tasks}
 
 
 def write_samples(task: Task, compare: Comparison, path: Path) -> None:
@@ -186,14 +186,8 @@ def write_samples(task: Task, compare: Comparison, path: Path) -> None:
     )
 
 
-def read_samples(task: Task, path: Path) -> Samples:
-    """Read the file of a task.
-
-    Raises
-    ------
-    ValueError
-        Where the file was made with other options, or holds something else.
-    """
+def _read_samples(task: Task, path: Path) -> Samples:
+    """Read the file of a task."""
     import numpy as np
 
     from carrierflex.files.json_files import read_json
@@ -229,6 +223,7 @@ def _gap(
     import numpy as np
 
     from carrierflex.workflows.papers import gap_results as results
+    from carrierflex.workflows.papers.gap_laplace import most_probable
     from carrierflex.workflows.papers.gap_posterior import (
         COMPARED,
         GROUND,
@@ -237,7 +232,6 @@ def _gap(
         NAMES,
         PUBLISHED,
         SAMPLED_ERROR,
-        most_probable,
     )
 
     rng = np.random.default_rng(seed)

@@ -33,7 +33,7 @@ from carrierflex.workflows.papers.gap_posterior import (
 #: Prior points among which the starts are chosen, the best results of least squares from which it
 #: starts again, and its evaluations.
 _LOOKED_AT, _RESTARTS, _EVALUATIONS = 300, 6, 40
-#: Starting points of the search for modes.
+#: Starting points of the search for modes, and samples of which the best starts a search.
 STARTS = 10
 #: A point counts as a mode where Newton's step from it gains less than this [nat].
 _MOST_TO_GAIN = 1.0
@@ -226,3 +226,27 @@ def _prior_point(posterior: _Posterior, rng: np.random.Generator) -> NDArray[np.
     """A point of the prior."""
     n = len(posterior.is_angle)
     return np.where(posterior.is_angle, 2.0 * np.pi * rng.random(n), rng.standard_normal(n))
+
+
+def most_probable(
+    samples: Samples, compare: Comparison, amplitude_error: float
+) -> dict[str, float]:
+    """Values of the highest posterior density, priors of the table, by least squares.
+
+    Parameters
+    ----------
+    samples : Samples
+        Of the hypothesis, with the priors of the table; the search begins at the best of them.
+    compare : Comparison
+        The stage.
+    amplitude_error : float
+        Standard error of the amplitudes [m].
+    """
+    hypothesis = samples.hypothesis
+    misfit = _Posterior(hypothesis, compare, 1.0, (amplitude_error, 0.0)).misfit
+    starts = [
+        np.array([p.deviations(v) for v, p in zip(point, hypothesis.priors.values(), strict=True)])
+        for point in samples.points[np.argsort(samples.log_weights(amplitude_error))[-STARTS:]]
+    ]
+    start = min(starts, key=lambda z: float((misfit(z) ** 2).sum()))
+    return hypothesis.values_at(least_squares(misfit, start, diff_step=1e-3, max_nfev=15).x, 1.0)

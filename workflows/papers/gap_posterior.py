@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import logsumexp, ndtr, ndtri
 
 from carrierflex.identification.campaign.declarations import Channel
@@ -84,8 +83,6 @@ PUBLISHED = np.array(
 AMPLITUDE_ERRORS = (3e-6, 6e-6, 15e-6)
 SAMPLED_ERROR = 6e-6
 RMS_ERROR, SHARING_ERROR, NOISE = 4e-6, 0.04, 5e-6
-#: Samples of which the best starts the search for the most probable values.
-_STARTS = 10
 #: Steps of a random walk to a new point of the sampler.
 _WALKS = 15
 #: Widths of all priors over those of the table.
@@ -245,8 +242,6 @@ HYPOTHESES = (
         "kink, table 5 of the turning tilt", {**_KINK, **_SUN_AND_SADDLE}, table_5="turning"
     ),
 )
-
-
 #: One hypothesis a cause: their predictions are compared.
 COMPARED = (FACE, GROUND, KINK)
 
@@ -388,6 +383,12 @@ class Samples:
         log_l = log_likelihoods(self.numbers, amplitude_error, window)
         return self.log_volume + np.delete(log_l, without, axis=1).sum(axis=1)
 
+    def weights(self, without: tuple[int, ...] = ()) -> NDArray[np.float64]:
+        """Share of each point in the posterior with the middle error, shape (n,)."""
+        log_w = self.log_weights(SAMPLED_ERROR, without=without)
+        weights = np.exp(log_w - log_w.max())
+        return np.asarray(weights / weights.sum())
+
     def log_evidence(self, amplitude_error: float, window: float = 0.0) -> float:
         """Logarithm of the evidence."""
         if self.laplace_evidence:
@@ -463,43 +464,6 @@ def sample(
     values = [hypothesis.values(point, width) for point in results.samples]
     points = np.array([[value[name] for name in hypothesis.priors] for value in values])
     return Samples(hypothesis, points, np.array(results.blob), results.logwt - results.logl)
-
-
-def most_probable(
-    samples: Samples, compare: Comparison, amplitude_error: float
-) -> dict[str, float]:
-    """Values of the highest posterior density, priors of the table, by least squares.
-
-    From the best sample on.
-
-    Parameters
-    ----------
-    samples : Samples
-        Of the hypothesis, with the priors of the table.
-    compare : Comparison
-        The stage.
-    amplitude_error : float
-        Standard error of the amplitudes [m].
-    """
-    hypothesis = samples.hypothesis
-    priors = hypothesis.priors
-    errors = standard_errors(amplitude_error)
-
-    def misfit(z: NDArray[np.float64]) -> NDArray[np.float64]:
-        gap = (
-            compare.numbers(hypothesis, hypothesis.values_at(z, 1.0))[: len(NAMES)] - PUBLISHED
-        ) / errors
-        unlikely = [
-            0.0 if p.kind == "angle" else at for at, p in zip(z, priors.values(), strict=True)
-        ]
-        return np.nan_to_num(np.concatenate([gap, unlikely]), nan=1e3)
-
-    starts = [
-        np.array([p.deviations(v) for v, p in zip(point, priors.values(), strict=True)])
-        for point in samples.points[np.argsort(samples.log_weights(amplitude_error))[-_STARTS:]]
-    ]
-    start = min(starts, key=lambda z: float((misfit(z) ** 2).sum()))
-    return hypothesis.values_at(least_squares(misfit, start, diff_step=1e-3, max_nfev=15).x, 1.0)
 
 
 @dataclass(frozen=True)

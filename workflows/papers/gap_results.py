@@ -32,7 +32,6 @@ from carrierflex.workflows.papers.gap_posterior import (
     LOADS,
     NAMES,
     PUBLISHED,
-    SAMPLED_ERROR,
     WIDTHS,
     Comparison,
     Hypothesis,
@@ -163,9 +162,8 @@ def predictions(
 
 def drawn(samples: Samples, rng: np.random.Generator) -> list[dict[str, float]]:
     """Values of some posterior samples with the middle error of the amplitudes."""
-    log_w = samples.log_weights(SAMPLED_ERROR)
-    weights = np.exp(log_w - log_w.max())
-    chosen = rng.choice(len(weights), _N_PREDICTED, p=weights / weights.sum())
+    weights = samples.weights()
+    chosen = rng.choice(len(weights), _N_PREDICTED, p=weights)
     names = list(samples.hypothesis.priors)
     return [dict(zip(names, map(float, samples.points[i]), strict=True)) for i in chosen]
 
@@ -278,9 +276,7 @@ def left_out_rows(compared: Iterable[Samples]) -> tuple[LeftOutRow, ...]:
     rows = []
     for samples in compared:
         for datum, name in enumerate(NAMES):
-            log_w = samples.log_weights(SAMPLED_ERROR, without=(datum,))
-            weights = np.exp(log_w - log_w.max())
-            weights /= weights.sum()
+            weights = samples.weights(without=(datum,))
             values = samples.numbers[:, datum]
             mean = float(weights @ values)
             spread = float(np.sqrt(weights @ (values - mean) ** 2))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from carrierflex.reduction.exports.openfast_files import Form
     from carrierflex.reduction.imports.conversion_checks import ConversionCheck
     from carrierflex.reduction.reduced_model import ReducedModel
-    from carrierflex.reduction.state_space import StateSpace
 
 
 #: Frame of a mounting's and a stage's loads and sensors.
@@ -182,7 +182,9 @@ def _state_space(
     from carrierflex.files.whole_files import refuse_foreign
     from carrierflex.reduction.exports.ordered_body import FRAME, UNITS
     from carrierflex.reduction.exports.state_space_files import refuse_suffix, write_state_space
-    from carrierflex.reduction.imports.foreign_bodies import FORMAT_OF_SUFFIX
+    from carrierflex.reduction.imports.foreign_bodies import FORMAT_OF_SUFFIX, read_any_body
+    from carrierflex.reduction.state_space import body_state_space
+    from carrierflex.workflows.simulation.linearised_case import case_state_space
 
     refuse_suffix(out)
     if pilot is not None:
@@ -196,24 +198,15 @@ def _state_space(
     prepared_folder(out.parent)
     refuse_foreign(out, UNITS)
     with stages.stage(f"state space of {source}, writing {out}"):
-        system = _body_system(source, units) if is_body else _case_system(source, run)
+        system = (
+            body_state_space(read_any_body(source, units).model)
+            if is_body
+            else case_state_space(source, run)
+        )
         write_state_space(system, out, frame=FRAME if is_body else _CASE_FRAME)
     sizes = {"states": system.states, "inputs": system.inputs, "outputs": system.outputs}
     figures = {name: float(len(signals.names)) for name, signals in sizes.items()}
     return ExportedBody((out,), figures | dict(system.operating_point))
-
-
-def _body_system(body: Path, units: str) -> StateSpace:
-    from carrierflex.reduction.imports.foreign_bodies import read_any_body
-    from carrierflex.reduction.state_space import body_state_space
-
-    return body_state_space(read_any_body(body, units).model)
-
-
-def _case_system(case: Path, run: str | None) -> StateSpace:
-    from carrierflex.workflows.simulation.linearised_case import case_state_space
-
-    return case_state_space(case, run)
 
 
 def _refuse_to_replace(format: str, out: Path) -> None:
@@ -298,14 +291,6 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
-def _openfast(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
-    return _superelement(model, out, pilot, "current")
-
-
-def _openfast_flex5(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
-    return _superelement(model, out, pilot, "flex5")
-
-
 def _superelement(model: ReducedModel, out: Path, pilot: str | None, form: Form) -> ExportedBody:
     from carrierflex.reduction.exports.openfast_files import checks, superelement, write_openfast
 
@@ -345,7 +330,7 @@ _WRITERS: dict[str, Callable[[ReducedModel, Path, str | None], ExportedBody]] = 
     "mbdyn": _mbdyn,
     "sid": _sid,
     "simscape": _simscape,
-    "openfast": _openfast,
-    "openfast-flex5": _openfast_flex5,
+    "openfast": partial(_superelement, form="current"),
+    "openfast-flex5": partial(_superelement, form="flex5"),
 }
 _OPENFAST_FORMS: dict[str, Form] = {"openfast": "current", "openfast-flex5": "flex5"}

@@ -12,18 +12,27 @@ from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.quantities import sized
+from carrierflex.files.quantities import number, sized
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.identification.estimation.resampling import NORMAL_95
+from carrierflex.workflows.diagnosis.fleet_sizes import shown_size, size_name
 from carrierflex.workflows.diagnosis.gap_change import (
     GapChange,
     causes_sentence,
     cells_sentence,
     first_sentence,
 )
-from carrierflex.workflows.diagnosis.record_difference import RecordDifference
+from carrierflex.workflows.diagnosis.record_difference import (
+    RecordDifference,
+    difference_sentence,
+    size_cells,
+    verdict_sentence,
+)
 from carrierflex.workflows.diagnosis.score_page import score_sections
-from carrierflex.workflows.screen.fleet_tables import difference_table
+from carrierflex.workflows.fleet.fleet import FleetDiagnosis
+from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences
+from carrierflex.workflows.fleet.watch_page import state_sentence
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
@@ -31,6 +40,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
     from carrierflex.workflows.diagnosis.write_report import WrittenReport
 
+_MOST_ROWS = 20
 #: Additions of a plan that are shown.
 _MOST_ADDITIONS = 8
 
@@ -44,10 +54,8 @@ def check_table(check: "CampaignCheck") -> RenderableType:
         f"check of {check.campaign}",
         *("about", "finding", "remedy", "line"),
         rows=rows or [("-", "no findings", "", "")],
+        folded=(1, 2, 3),
     )
-    for column in table.columns[1:]:
-        column.justify = "left"
-        column.overflow = "fold"
     return Group(table, _probe_table(check.probes)) if check.probes else table
 
 
@@ -163,9 +171,7 @@ def calibration_table(calibration: "Calibration") -> RenderableType:
             )
             for one in calibration.linear.orders
         ]
-    table = titled_table("calibration", "quantity", "value ± 95 %", rows=rows)
-    table.columns[1].justify = "left"
-    table.columns[1].overflow = "fold"
+    table = titled_table("calibration", "quantity", "value ± 95 %", rows=rows, folded=(1,))
     return Group(calibration.text, "", table)
 
 
@@ -279,3 +285,60 @@ def _plan_additions(plan: CampaignPlan) -> RenderableType:
 
 def _size_text(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "never"
+
+
+def fleet_table(fleet: FleetDiagnosis) -> RenderableType:
+    """Sentences, turbines by their last campaign, priors, campaigns without a diagnosis."""
+    shown: list[RenderableType] = [" ".join(fleet_sentences(fleet)), ""]
+    turbines = titled_table(
+        "turbines, by their last campaign",
+        *("day", "cause", "size, 95 %", "gap [floors]", "rho"),
+        rows=[
+            (
+                row.turbine,
+                row.recorded or "-",
+                causes_of(row),
+                "; ".join(
+                    shown_size(size.value, size.parameter, size.unit, size.std)
+                    for size in row.sizes
+                    if size.is_named and not row.first_fault
+                ),
+                number(row.gap_floors),
+                ratio(row.rho),
+            )
+            for row in fleet.latest[:_MOST_ROWS]
+        ],
+    )
+    priors = titled_table(
+        "priors over the fleet",
+        *("turbines", "mean, 95 %", "standard deviation"),
+        rows=[
+            (
+                size_name(prior.cause, prior.parameter),
+                str(len(prior.turbines)),
+                shown_size(prior.mean, prior.parameter, prior.unit, prior.mean_std),
+                shown_size(prior.spread, prior.parameter, prior.unit),
+            )
+            for prior in fleet.priors
+        ],
+    )
+    shown += [turbines, "", priors]
+    if fleet.failed:
+        rows = [(row.campaign, row.text) for row in fleet.failed]
+        shown += ["", titled_table("not diagnosed", "why", rows=rows, folded=(1,))]
+    return Group(*shown)
+
+
+def watch_table(result: WatchResult) -> RenderableType:
+    """What the watch does, then its alarms."""
+    return Group(state_sentence(result), *result.lines[-_MOST_ROWS:])
+
+
+def difference_table(difference: RecordDifference) -> RenderableType:
+    """Sentences, then the sizes of both measurements, then what would decide."""
+    sides = (difference.first, difference.second)
+    text = "\n".join((difference_sentence(difference), *(verdict_sentence(row) for row in sides)))
+    columns = ("first", "second", "second less first, 95 %", "differs")
+    rows = [size_cells(one) for one in difference.sizes]
+    table = titled_table("sizes, 95 %", *columns, rows=rows)
+    return Group(text, "", table, "", *difference.deciding)

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 def map_table(new: "NewMap") -> RenderableType:
     """Where the map is, what is to fill in, and which columns it leaves out."""
-    table = titled_table(f"{new.path}: check every line, then run carrierflex import", "to fill in")
-    table.columns[0].overflow = "fold"
+    table = titled_table(
+        f"{new.path}: check every line, then run carrierflex import", "to fill in", folded=(0,)
+    )
     for line in new.open_keys:
         table.add_row(line)
     if not new.open_keys:
@@ -77,9 +78,7 @@ def cases_table(cases: "ShippedCases | RexsCase") -> RenderableType:
     if not isinstance(cases, ShippedCases):
         return _rexs_table(cases)
     where = f": copied to {cases.folder}" if cases.folder is not None else ""
-    table = titled_table(f"bundled cases{where}", "name", "what it is")
-    table.columns[1].justify = "left"
-    table.columns[1].overflow = "fold"
+    table = titled_table(f"bundled cases{where}", "name", "what it is", folded=(1,))
     for name, title in cases.titles.items():
         table.add_row(name, title)
     return table
@@ -92,9 +91,7 @@ def _rexs_table(case: "RexsCase") -> RenderableType:
         f"{case.folder}, {case.source}: {counts['file']} numbers of the file, "
         f"{counts['derived']} derived, {counts['default']} defaults"
     )
-    table = titled_table(title, "not in the file", "used instead")
-    table.columns[1].justify = "left"
-    table.columns[1].overflow = "fold"
+    table = titled_table(title, "not in the file", "used instead", folded=(1,))
     tables = dict.fromkeys(value.table for value in case.values)
     for name in tables:
         values = [value for value in case.values if value.table == name]
@@ -117,9 +114,7 @@ def _rexs_table(case: "RexsCase") -> RenderableType:
 
 def description_table(described: "FileDescription") -> RenderableType:
     """Kind, figures, writer and commands of a file."""
-    table = titled_table(described.kind, "what", "value")
-    table.columns[1].justify = "left"
-    table.columns[1].overflow = "fold"
+    table = titled_table(described.kind, "what", "value", folded=(1,))
     table.add_row("file", str(described.path))
     for name, text in described.figures.items():
         table.add_row(name, text)
@@ -131,9 +126,7 @@ def description_table(described: "FileDescription") -> RenderableType:
 
 def installation_table(installation: "Installation") -> RenderableType:
     """What is required, what is optional, and what the machine offers."""
-    table = titled_table("installation", "what", "state", "value")
-    table.columns[2].justify = "left"
-    table.columns[2].overflow = "fold"
+    table = titled_table("installation", "what", "state", "value", folded=(2,))
     for item in installation.items:
         table.add_row(item.name, item.state, item.value)
     return table

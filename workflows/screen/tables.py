@@ -15,7 +15,6 @@ from carrierflex.geometry.cad_recognition.proposal_files import candidate_text
 from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
-from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
 from carrierflex.identification.mounting.bushing_models import AXIAL
 from carrierflex.reduction.certificate import Certificate
 from carrierflex.reduction.interface_mass import (
@@ -42,8 +41,6 @@ if TYPE_CHECKING:
 
 #: Smallest share of the effective interface mass that the mode table tells.
 _WORTH_TELLING = 0.01
-
-
 _QUALITY_WORDS = {
     "n_nodes": "nodes",
     "n_tets": "quadratic tetrahedra",
@@ -249,15 +246,11 @@ def certificate_table(certificate: Certificate) -> RenderableType:
 
 def rms_table(identified: "Identification") -> RenderableType:
     """RMS by model and run, the paper's Table 4."""
-    rows, (factor, unit) = rms_rows(identified.estimates), identified.rms_unit
-    table = _table(f"RMS of the residual, {unit}", *rows[0])
-    for row in rows:
-        table.add_row(
-            *(
-                value if isinstance(value, str) else f"{value * factor:.4f}"
-                for value in row.values()
-            )
-        )
+    factor, unit = identified.rms_unit
+    table = _table(f"RMS of the residual, {unit}", "run", *identified.estimates)
+    by_model = identified.estimates.values()
+    for run in next(iter(by_model)):
+        table.add_row(run, *(f"{by_run[run].rms_by_run[run] * factor:.4f}" for by_run in by_model))
     return table
 
 
@@ -277,24 +270,21 @@ def estimate_table(identified: "Identification | BushingIdentification") -> Rend
         "interval",
         "unit",
     )
-    for row in parameter_rows(identified.estimates[identified.model]):
-        numbers = (
-            f"{row['value']:.6g}",
-            f"{row['std']:.1g}",
-            f"{row['low']:.6g}",
-            f"{row['high']:.6g}",
-        )
-        table.add_row(row["parameter"], row["run"], *numbers, row["unit"])
+    # A joint estimate stands under every run.
+    estimates = dict.fromkeys(identified.estimates[identified.model].values())
+    for estimate in estimates:
+        for k, name in enumerate(estimate.names):
+            low, high = estimate.ci95[k]
+            numbers = (f"{estimate.values[k]:.6g}", f"{estimate.std[k]:.1g}")
+            ends = (f"{low:.6g}", f"{high:.6g}")
+            run = estimate.scopes[k] or "all"
+            table.add_row(name, run, *numbers, *ends, estimate.units[k])
     flagged = [
         f"{outlier.run} {outlier.channel}: {outlier.count} samples beyond 6 standard deviations, "
         f"the largest {outlier.largest:.3g} at {outlier.time:.6g} s"
         for outlier in identified.outliers
     ]
-    texts = dict.fromkeys(
-        text
-        for estimate in identified.estimates[identified.model].values()
-        for text in estimate.undetermined
-    )
+    texts = dict.fromkeys(text for estimate in estimates for text in estimate.undetermined)
     return Group(rms_table(identified), "", table, *texts, *flagged, *_warning_lines(identified))
 
 

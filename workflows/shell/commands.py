@@ -102,9 +102,9 @@ COMMANDS = {
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses: before and after the simulator changed, or of two turbines or "
         "days.", "comparison.json"),
-    "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
+    "batch": Command("fleet.diagnose_fleet", "diagnosis_tables:fleet_table",
         "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
-    "watch": Command("fleet.watch_turbine", "fleet_tables:watch_table",
+    "watch": Command("fleet.watch_turbine", "diagnosis_tables:watch_table",
         "Watch the running records of a turbine for a new cause or a change of size.",
         "watch.json"),
     "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",

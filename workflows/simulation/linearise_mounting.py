@@ -6,7 +6,7 @@ diagram. A good answer: frequencies that rise with the torque for hardening bush
 from the once- and three-times-per-revolution lines; no root that grows.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, TypedDict
 
@@ -36,6 +36,7 @@ _LOAD_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 #: Speeds of the Campbell diagram over the run's largest.
 _SPEED_SHARES = np.linspace(0.0, 1.2, 25)
 _LOADS = (("torque", "N m"), ("ntl_y", "N"), ("ntl_z", "N"))
+_PER_LOAD = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
 
 
 def main(case: MountingCase, *, out: Path) -> None:
@@ -61,9 +62,8 @@ def main(case: MountingCase, *, out: Path) -> None:
         response = frequency_response(case.rig, case.truth, loads, _FREQUENCIES_HZ)
         campbell = campbell_diagram(case.rig, case.truth, loads, list(speed * _SPEED_SHARES))
         save_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
-        save_table(
-            out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response)
-        )
+        table = response_table(SENSORS, _FREQUENCIES_HZ, response)
+        save_table(out / f"{run.name}_frequency_response.csv", *table)
         save_table(out / f"{run.name}_campbell.csv", *campbell_table(campbell))
         title = (
             f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z "
@@ -118,20 +118,21 @@ def _mode_rows(case: MountingCase, loads: Array) -> Iterable[list[object]]:
             yield [*(share * loads + 0.0), name, frequency_hz, damping_ratio, root.real, root.imag]
 
 
-def _response_header() -> list[str]:
-    units = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
-    cells = [
-        f"{s}_per_{load}_{component} [{units[load]}]"
-        for load in units
-        for s in SENSORS
+def response_table(
+    sensors: Sequence[str], frequency_hz: Array, response: NDArray[np.complex128]
+) -> tuple[list[str], list[list[object]]]:
+    """Header and rows of a frequency response, shape (n_frequencies, n_sensors, 3)."""
+    header = [
+        f"{s}_per_{load}_{component} [{unit}]"
+        for load, unit in _PER_LOAD.items()
+        for s in sensors
         for component in ("re", "im")
     ]
-    return ["frequency_hz", *cells]
-
-
-def _response_rows(response: NDArray[np.complex128]) -> Iterable[list[object]]:
-    for frequency_hz, row in zip(_FREQUENCIES_HZ, response, strict=True):
-        yield [frequency_hz, *row.T.copy().view(np.float64).ravel()]
+    rows = [
+        [frequency, *row.T.copy().view(np.float64).ravel()]
+        for frequency, row in zip(frequency_hz, response, strict=True)
+    ]
+    return ["frequency_hz", *header], rows
 
 
 def campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:

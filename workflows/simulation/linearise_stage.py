@@ -30,14 +30,13 @@ from carrierflex.simulation.stage.readings import rim_reader
 from carrierflex.simulation.stage.stage_cases import StageCase
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
-from carrierflex.workflows.simulation.linearise_mounting import campbell_table
+from carrierflex.workflows.simulation.linearise_mounting import campbell_table, response_table
 
 _FREQUENCIES_HZ = np.geomspace(0.1, 1000.0, 400)
 _SPEED_SHARES = np.linspace(0.0, 1.2, 7)
 _N_MODES = 30
 #: Lowest modes of the Campbell diagram: up to three times the mesh frequency.
 _CAMPBELL_MODES = 12
-_UNITS = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
 
 
 def main(case: StageCase, model: StageModel, *, out: Path) -> None:
@@ -63,17 +62,8 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
     names = [sensor.name for sensor in case.sensors]
     header = ["mode", "leading_coordinate", "frequency_hz", "damping_ratio"]
     save_table(out / "modes.csv", header, _mode_rows(model, linearised_modes(modal)))
-    columns = [
-        f"{s}_per_{load}_{component} [{_UNITS[load]}]"
-        for load in _UNITS
-        for s in names
-        for component in ("re", "im")
-    ]
-    rows = [
-        [frequency, *row.T.copy().view(np.float64).ravel()]
-        for frequency, row in zip(_FREQUENCIES_HZ, response, strict=True)
-    ]
-    save_table(out / "frequency_response.csv", ["frequency_hz", *columns], rows)
+    table = response_table(names, _FREQUENCIES_HZ, response)
+    save_table(out / "frequency_response.csv", *table)
     save_table(out / "campbell.csv", *campbell_table(campbell))
     title = f"{case.name}: {case.speed * 30.0 / np.pi:.4g} rpm"
     save_figure(

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
-from carrierflex.identification.carrier.printed_tables import PHI_PLC
+from carrierflex.identification.carrier.printed_tables import FULL_TORQUE, PHI_PLC
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.stage_data import (
@@ -21,8 +21,6 @@ from carrierflex.simulation.stage.statics import SteadyLoad
 
 #: Carrier angle of its axis [rad]: any, the carrier turns.
 _THETA = 1.0
-#: Torque that the paper calls 100 % [N m], and its radial load [N].
-FULL_TORQUE, RADIAL_LOAD = 360e3, 200e3
 #: Half the diametral clearances of the gearbox's two carrier bearings, 0.275 and 0.245 mm (GRC).
 PUBLISHED_CLEARANCE = (0.1375e-3, 0.1225e-3)
 #: Stiffness of a mounting that holds the housing [N/m, N m/rad]; the bearings' is 6e9.

@@ -70,7 +70,7 @@ _BEARINGS = {
 }  # fmt: skip
 _MOUNTING = {"axial_stiffness": 20.2e6, "x": 0.5}
 #: Assumed: usual errors of eddy-current sensors, and a pin out of place by a usual tolerance.
-_SENSOR_ERRORS = {
+SENSOR_ERRORS = {
     "s047": SensorError(gain=0.01, zero=20e-6), "s137": SensorError(gain=-0.01, zero=-10e-6),
     "s227": SensorError(gain=0.005, zero=-20e-6), "s317": SensorError(gain=-0.005, zero=10e-6),
 }  # fmt: skip
@@ -187,7 +187,7 @@ class Table5Bodies:
 def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bodies:
     """Bodies from finite elements of `size` [m]; pin fit of the reference [N m/rad]."""
     from carrierflex.workflows.simulation.stage_bodies import (
-        made_rigid,
+        flexible_and_rigid_body,
         reduced_carrier_and_pin,
         stage_body_of,
     )
@@ -195,8 +195,7 @@ def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bo
     pin_fit = table_5_case("LC1").pin_fit_stiffness
     carrier, pin, _ = reduced_carrier_and_pin(size)
     return Table5Bodies(
-        stage_body_of(carrier, pin, pin_fit),
-        stage_body_of(made_rigid(carrier), pin, pin_fit),
+        *flexible_and_rigid_body(carrier, pin, pin_fit),
         stage_body_of(carrier, pin, reference_pin_fit),
     )
 
@@ -302,7 +301,7 @@ def _reference(
         model, steady_drive(model, run.load), quasi_static_start(model, run.load),
         duration=case.duration, sample_rate=case.sample_rate, step=case.step,
     )  # fmt: skip
-    reading = replace(source.reading, sensors=_SENSOR_ERRORS, noise_std=_NOISE_STD)
+    reading = replace(source.reading, sensors=SENSOR_ERRORS, noise_std=_NOISE_STD)
     signals = sensor_signals(
         model, record, case.sensors, effects=reading, reader=rim_reader(model), rng=rng
     )
@@ -310,21 +309,12 @@ def _reference(
     return stage_run_record(run, [response])
 
 
-def _run(
-    model: StageModel,
-    case: StageCase,
-    reading: ReadingEffects,
-    rng: np.random.Generator | None = None,
-) -> Run:
+def _run(model: StageModel, case: StageCase, reading: ReadingEffects) -> Run:
     """The case's run."""
-    from carrierflex.simulation.stage.stage_run import simulate_stage
-    from carrierflex.workflows.simulation.simulate_stage import stage_run_record
+    from carrierflex.workflows.simulation.simulate_stage import stage_pieces, stage_run_record
 
     (run,) = case.runs
-    pieces = simulate_stage(
-        model, run.load, case.sensors, duration=case.duration, sample_rate=case.sample_rate,
-        step=case.step, effects=reading, rng=rng,
-    )  # fmt: skip
+    pieces = stage_pieces(model, replace(case, reading=reading), run, None)
     return stage_run_record(run, list(pieces))
 
 

@@ -49,8 +49,7 @@ def default_stage_body(
 
     The shaft is a ``beam`` or of ``finite_elements`` with its lowest modes.
     """
-    carrier = carrier_with_pins(*reduced_carrier_and_pin(size)[:2], pin_fit_stiffness)
-    return joined_to_shaft(carrier, _default_shaft(main_shaft, carrier, size))
+    return stage_body_of_files({}, pin_fit_stiffness, size, gear=GearData(), main_shaft=main_shaft)
 
 
 def flexible_and_rigid_body(
@@ -117,12 +116,6 @@ def stage_body_of(carrier: ReducedModel, pin: ReducedModel, pin_fit_stiffness: f
     return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
 
 
-def _default_shaft(kind: str, carrier: ReducedModel, size: float) -> ReducedModel:
-    if kind == "finite_elements":
-        return _reduced("main_shaft", size)
-    return beam_shaft(ShaftData(), carrier.pilots["shaft_face"])
-
-
 def stage_body_of_files(
     files: Mapping[str, Path],
     pin_fit_stiffness: float,
@@ -177,7 +170,10 @@ def stage_body_of_files(
         if pin_stresses is not None:
             pins = pins_with_stress_rows(pin, pin_stresses, n_planets)
         carrier = carrier_with_each_pin(carrier, pins, pin_fit_stiffness)
-    return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
+    shaft = read.get("shaft")
+    if shaft is None and main_shaft == "finite_elements":
+        shaft = _reduced("main_shaft", size)
+    return joined_to_shaft(carrier, shaft or beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
 
 
 def _reduced(name: str, size: float) -> ReducedModel:

@@ -94,7 +94,7 @@ class _Grown:
         """Hotspots of surfaces and beams, the largest first."""
         hotspots = hotspots_of(self.peaks, self.reader, stresses, np.concatenate(self.c))
         if self.beam is not None:
-            hotspots += beam_hotspots(self.beam, self.loads, np.concatenate(self.time))
+            hotspots += _beam_hotspots(self.beam, self.loads, np.concatenate(self.time))
         return sorted(hotspots, key=lambda hotspot: -hotspot.peak)
 
 
@@ -139,7 +139,7 @@ def with_stress(
     if grown.c:
         hotspots = grown.hotspots(surface)
         save_table(folder / f"{run}_stress.csv", _PEAKS, _peak_rows(hotspots))
-        save_table(folder / f"{run}_cycles.csv", _CYCLES, cycle_rows(hotspots))
+        save_table(folder / f"{run}_cycles.csv", _CYCLES, _cycle_rows(hotspots))
         time = np.concatenate(grown.time)
         figure = stress_figure(run, grown.peaks, surface, time, hotspots)
         save_figure(folder / f"{run}_stress.png", figure)
@@ -163,20 +163,10 @@ def hotspots_of(
     return hotspots
 
 
-def beam_hotspots(
+def _beam_hotspots(
     beam: PinBeam, pieces: Sequence[PartLoads], time: NDArray[np.float64]
 ) -> list[Hotspot]:
-    """Fibre of largest tension of every pin; that of the other side is as large.
-
-    Parameters
-    ----------
-    beam : PinBeam
-        A pin.
-    pieces : sequence of PartLoads
-        Loads of the planets, N instants together.
-    time : ndarray, shape (N,)
-        Instants [s].
-    """
+    """Fibre of largest tension of every pin; that of the other side is as large."""
     largest = np.max([beam.stress(loads).max(axis=0) for loads in pieces], axis=0)
     hotspots = []
     for i, (of_pin, angle) in enumerate(zip(largest, pin_angles(len(largest)), strict=True)):
@@ -189,13 +179,8 @@ def beam_hotspots(
     return hotspots
 
 
-def cycle_rows(hotspots: Iterable[Hotspot]) -> list[list[str | float]]:
-    """Rainflow cycles of each hotspot by range: surface, range from, to, mean, number.
-
-    References
-    ----------
-    ASTM E1049-85 (2017), section 5.4.4.
-    """
+def _cycle_rows(hotspots: Iterable[Hotspot]) -> list[list[str | float]]:
+    """Rainflow cycles of each hotspot by range: surface, range from, to, mean, number."""
     rows: list[list[str | float]] = []
     for hotspot in hotspots:
         turns = hotspot.stress[cyclecount.findap(hotspot.stress)]

@@ -6,14 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.geometry.view import rounded_magnification
-from carrierflex.workflows.view3d.circles import (
-    band,
-    circle,
-    closed,
-    directions,
-    pin_labels,
-    pins,
-)
 from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.scene import (
     Control,
@@ -22,6 +14,12 @@ from carrierflex.workflows.view3d.scene import (
     Label,
     Scene,
     SceneObject,
+    band,
+    circle,
+    closed,
+    directions,
+    pin_labels,
+    pins,
 )
 
 #: Largest displacement drawn, over the radius.

@@ -3,17 +3,39 @@
 A good answer opens from disk in any browser, without a network, and is sent by mail.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_text
 from carrierflex.files.whole_files import check_file_writable, refuse_foreign
+from carrierflex.geometry.view import rounded_magnification
 from carrierflex.workflows.progress import Stages
-from carrierflex.workflows.view3d.curve_scene import curve_scene
-from carrierflex.workflows.view3d.scene import Scene
+from carrierflex.workflows.view3d.scene import (
+    Control,
+    Entry,
+    Scene,
+    SceneObject,
+    band,
+    circle,
+    directions,
+    pin_labels,
+    pins,
+)
 from carrierflex.workflows.view3d.view import scene_page
 
+#: Largest displacement drawn, and width of the band, over the radius.
+_DRAWN, _WIDTH = 0.15, 0.06
+_WORDS = {
+    "delta_s": "Carrier with bonded pins (stiff), torque of 1 kN m.",
+    "delta_f": "Carrier without pins (flexible), torque of 1 kN m.",
+    "g_s": "Carrier with bonded pins (stiff), force of 1 N on pin 1.",
+    "g_f": "Carrier without pins (flexible), force of 1 N on pin 1.",
+}
 #: Page beside the report of a diagnosis.
 VIEW_FILE = "view.html"
 _CURVES_FILE = "deflection_curves.csv"
@@ -115,7 +137,7 @@ def _scene(source: Path) -> Scene:
     if source.suffix == ".json":
         return rim_scene(read_rim_motion(source))
     if source.suffix == ".csv":
-        return curve_scene(read_curves(source), source.parent.name or source.stem)
+        return _curve_scene(read_curves(source), source.parent.name or source.stem)
     if source.suffix != ".h5":
         raise ValueError(f"{source}: suffix {source.suffix!r}; expected {_EXPECTED}")
     model, shapes = read_body(source), read_shapes(source)
@@ -124,3 +146,49 @@ def _scene(source: Path) -> Scene:
             f"{source}: the body file holds no shapes; expected one of carrierflex reduce --shapes"
         )
     return body_scene(model, shapes)
+
+
+def _curve_scene(curves: Mapping[str, DeflectionCurve], name: str) -> Scene:
+    """Scene of the four curves of a carrier."""
+    shown = {name: curve for name, curve in curves.items() if _largest(curve) > 0.0}
+    if not shown:
+        raise ValueError(f"{name}: every curve is zero; expected one that deflects")
+    first = next(iter(shown.values()))
+    n, radius = first.angle.size, first.radius
+    e = directions(first.angle)
+    rest = np.concatenate([(1.0 - _WIDTH) * radius * e, (1.0 + _WIDTH) * radius * e])
+    entries = []
+    moved = []
+    values = []
+    for curve_name, curve in shown.items():
+        factor = rounded_magnification(_DRAWN * radius / _largest(curve))
+        u = curve.axial[:, None] * np.array([1.0, 0.0, 0.0]) + curve.radial[:, None] * e
+        limit = float(np.abs(curve.axial).max())
+        entries.append(
+            Entry(
+                curve_name,
+                f"{_WORDS[curve_name]} Drawn {factor:,.0f} times larger.",
+                "axial displacement, µm",
+                limit * 1e6,
+            )
+        )
+        moved.append(factor * np.tile(u, (2, 1)))
+        values.append(np.tile(curve.axial / (limit or 1.0), 2))
+    n_planets = shown["delta_f"].first_order if "delta_f" in shown else first.first_order
+    return Scene(
+        title=f"deflection curves, {name}",
+        words=f"Circle of radius {radius:g} m on the carrier's rim, seen from upwind. Grey: at "
+        "rest. x points downwind along the axis, z up.",
+        control=Control("share of the load", "", 1.0, (-1.0, 1.0)),
+        entries=tuple(entries),
+        objects=(
+            SceneObject("rim", band(n), rest, np.array(moved), np.array(values)),
+            circle(radius, len(entries)),
+            *pins(radius, n_planets, len(entries)),
+        ),
+        labels=tuple(pin_labels(radius, n_planets)),
+    )
+
+
+def _largest(curve: DeflectionCurve) -> float:
+    return float(np.hypot(curve.axial, curve.radial).max())

@@ -19,7 +19,7 @@ from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.carrier.effects.of_planets import effects_of
 from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
-from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
+from carrierflex.workflows.fe.carrier_variants import solved_carrier
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CHANNELS, CURVES, twin_problem
 from tests.reduction.test_any_number_of_planets import stage_of
 
@@ -32,7 +32,7 @@ EVERY_LOAD = ((1.0, 0, 0), (0.5, 0, 0), (0.75, 0, -2e5), (0.25, 1e5, 1e5))
 def rig_of(n_planets):
     """Rig with the curves of a carrier of this number of planets, by finite elements."""
     stage = stage_of(n_planets)
-    stiff, flexible = stiff_variant(stage, COARSE), flexible_variant(stage, COARSE)
+    stiff, flexible = (solved_carrier(name, stage, COARSE) for name in ("stiff", "flexible"))
     curves = named_curves(stiff.deflection, flexible.deflection)
     radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
     return CarrierRig(360e3, n_planets, radius, curves)

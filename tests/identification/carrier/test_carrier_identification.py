@@ -10,12 +10,12 @@ from scipy.signal import lfilter
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.carrier.carrier_identification import (
     SCATTER_OF_RUNS,
+    _with_scatter_of_runs,
     axial_channels,
     fitted_signal,
     identify_each_run,
     identify_jointly,
     residual_signal,
-    with_scatter_of_runs,
 )
 from carrierflex.identification.carrier.models import flexible_model, rigid_model
 from carrierflex.identification.carrier.parameter_estimate import SHARED
@@ -184,7 +184,7 @@ def test_jackknife_over_runs_is_that_of_joint_fits_without_one_run_each():
             signals={name: np.where(gone, np.nan, values) for name, values in run.signals.items()},
         )
         equations.append(normal_equations(run, axial_channels(campaign), M2))
-    result = with_scatter_of_runs(joint_fit(equations, M2.shared), equations, M2.shared)
+    result = _with_scatter_of_runs(joint_fit(equations, M2.shared), equations, M2.shared)
     assert result.covariance_source == SCATTER_OF_RUNS
     without = [
         joint_fit(equations[:k] + equations[k + 1 :], M2.shared).unknowns[:4] for k in range(3)

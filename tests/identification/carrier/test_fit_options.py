@@ -109,7 +109,7 @@ def test_radial_signals_leave_an_axial_fit_alone():
 @pytest.mark.parametrize("pin_angle", [0.0, 0.35, -0.9])
 def test_pin_angle_is_found(pin_angle):
     campaign = _turned(carrier_campaign(noise_std=0.0), pin_angle)
-    result = identify_with_pin_angle(campaign, *CURVES, FitOptions())["LC1"].estimate
+    result = identify_with_pin_angle(campaign, *CURVES, FitOptions())["LC1"][1]
     # The other angles of the carrier frame turn with it.
     expected = {
         "theta_rho": pin_angle,
@@ -126,9 +126,7 @@ def test_intervals_of_a_free_pin_angle_cover_the_truth():
     inside = []
     for seed in range(60):
         campaign = _turned(carrier_campaign([run_case(sample_rate=12.0)], seed=seed), 0.2)
-        result = identify_with_pin_angle(campaign, *CURVES, FitOptions(), per_run=True)[
-            "LC1"
-        ].estimate
+        result = identify_with_pin_angle(campaign, *CURVES, FitOptions(), per_run=True)["LC1"][1]
         truth = {"theta_rho": 0.2, "rho_s": 0.26, "rho_f": 0.61}
         k = [result.index(name, "LC1") for name in truth]
         inside.append(

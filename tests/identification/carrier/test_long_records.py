@@ -14,12 +14,12 @@ from carrierflex.identification.carrier import long_records
 from carrierflex.identification.carrier.carrier_identification import FitOptions, identify_jointly
 from carrierflex.identification.carrier.long_records import (
     LARGEST_GROUPS,
+    identify_in_pieces,
     is_long,
     run_pieces,
     streamed_equations,
 )
 from carrierflex.identification.carrier.models import flexible_model, rigid_model
-from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 

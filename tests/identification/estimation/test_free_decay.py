@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.identification.estimation.free_decay import first_swings, released_motion
+from carrierflex.identification.estimation.free_decay import _first_swings, released_motion
 
 STEP, OMEGA = 0.01, 12.0
 TIME = STEP * np.arange(600)
@@ -19,14 +19,14 @@ def decay(ratio, phase, order=0):
 @pytest.mark.parametrize("ratio", [0.0, 0.01, 0.08, 0.3])
 @pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
 def test_a_linear_decay_is_differentiated_to_its_first_sample(ratio, phase):
-    result = first_swings(decay(ratio, phase) + 0.3, STEP)
+    result = _first_swings(decay(ratio, phase) + 0.3, STEP)
     for order, values in enumerate(result):
         assert_allclose(values, decay(ratio, phase, order), atol=1e-4 * OMEGA**order)
 
 
 def test_noise_moves_the_first_swings_by_less_than_itself():
     noise = 0.01 * np.random.default_rng(5).standard_normal(TIME.size)
-    result = first_swings(decay(0.02, 0.5) + noise, STEP)
+    result = _first_swings(decay(0.02, 0.5) + noise, STEP)
     first = TIME < 2.0 * np.pi / OMEGA
     for order, values in enumerate(result):
         error = (values - decay(0.02, 0.5, order))[first]
@@ -34,7 +34,7 @@ def test_noise_moves_the_first_swings_by_less_than_itself():
 
 
 def test_no_decay_grows():
-    result = first_swings(np.exp(0.5 * TIME) * np.cos(OMEGA * TIME), STEP)
+    result = _first_swings(np.exp(0.5 * TIME) * np.cos(OMEGA * TIME), STEP)
     assert np.abs(result[0]).max() < 2.0
 
 

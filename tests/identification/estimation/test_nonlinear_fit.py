@@ -11,9 +11,9 @@ from carrierflex.identification.estimation.fit_uncertainty import (
     profile_likelihood,
 )
 from carrierflex.identification.estimation.nonlinear_fit import (
+    _difference_quotients,
+    _one_sided_quotients,
     bounded_fit,
-    difference_quotients,
-    one_sided_quotients,
 )
 from carrierflex.identification.estimation.several_starts import (
     best_of_starts,
@@ -61,8 +61,8 @@ def test_the_truth_comes_back_without_noise_and_every_call_is_counted():
 @pytest.mark.parametrize(
     ("quotients", "order"),
     [
-        (lambda f, v, s, lo, up: difference_quotients(f, v, s, lo, up), 2),
-        (lambda f, v, s, lo, up: one_sided_quotients(f, v, s, up), 1),
+        (lambda f, v, s, lo, up: _difference_quotients(f, v, s, lo, up), 2),
+        (lambda f, v, s, lo, up: _one_sided_quotients(f, v, s, up), 1),
     ],
     ids=["central", "one-sided"],
 )

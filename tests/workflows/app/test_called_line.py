@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from carrierflex.workflows.app.called_line import CalledLine, tables_in
+from carrierflex.workflows.app.called_line import CalledLine, _tables_in
 
 
 def call(folder, *words):
@@ -21,7 +21,7 @@ def test_stages_are_noted_and_the_table_is_that_of_the_command(tmp_path, command
     ended, noted = call(tmp_path, *line)
     assert [share for _, share in noted] == [0.5, 1.0]
     assert not ended.refusal
-    assert ended.tables == tables_in(command(*line).stdout)
+    assert ended.tables == _tables_in(command(*line).stdout)
     _, rows = ended.tables[0]
     assert len({len(row) for row in rows}) == 1
     assert len(rows) > 3
@@ -50,7 +50,7 @@ def test_columns_stand_where_every_row_has_two_blanks():
         "check of a b      \nabout  finding      line\n-      no findings      \n"
         "probes\nname   read [deg]   sign\ns047   47.0 ± 0.0      +\n"
     )
-    assert tables_in(output) == [
+    assert _tables_in(output) == [
         ("check of a b", [["about", "finding", "line"], ["-", "no findings", ""]]),
         ("probes", [["name", "read [deg]", "sign"], ["s047", "47.0 ± 0.0", "+"]]),
     ]

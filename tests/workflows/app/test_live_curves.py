@@ -10,7 +10,7 @@ from carrierflex.workflows.app.live_curves import (
     dimensions,
     parameter_text,
 )
-from carrierflex.workflows.fe.carrier_variants import FINITE_ELEMENTS, flexible_variant
+from carrierflex.workflows.fe.carrier_variants import solved_carrier
 from carrierflex.workflows.fe.default_curves import default_curves
 
 #: The mesh stands a tenth off its limit, and a change of the mesh beside that of the dimension.
@@ -34,7 +34,7 @@ def test_a_small_change_is_that_of_finite_elements(name):
 
 
 def flexible(stage):
-    solved = flexible_variant(stage, 0.04, FINITE_ELEMENTS["compiled"]).deflection.curves["both"]
+    solved = solved_carrier("flexible", stage, 0.04).deflection.curves["both"]
     return solved.axial_at(deflection({})[0])
 
 

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from carrierflex.workflows.app.server import OnlyThisPage
+from carrierflex.workflows.app.serve_app import OnlyThisPage
 
 HERE = "127.0.0.1:8000"
 

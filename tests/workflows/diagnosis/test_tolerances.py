@@ -9,7 +9,7 @@ from carrierflex.fe.deflection_curves import resampled
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.fe import compute_curves
-from carrierflex.workflows.view3d.curve_scene import curve_scene
+from carrierflex.workflows.view3d.view_file import _curve_scene
 from tests.diagnosis.carrier.test_causes_of_the_drawing import CURVES, campaign, curve_of
 
 
@@ -58,4 +58,4 @@ def test_commands_that_show_the_four_curves_do_not_meet_the_derivatives(tmp_path
     assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
     path = tmp_path / "deflection_curves.csv"
     assert "pin_fit/outer_radius" in read_derivatives(path)
-    assert len(curve_scene(read_curves(path), "rim").entries) == len(curves)
+    assert len(_curve_scene(read_curves(path), "rim").entries) == len(curves)

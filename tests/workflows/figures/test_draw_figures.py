@@ -12,11 +12,11 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.workflows.fe.bodies import body_structure
 from carrierflex.workflows.fe.default_curves import default_curves
-from carrierflex.workflows.figures.bushing_figures import force_loops
-from carrierflex.workflows.figures.draw_figures import chosen_figures, main
+from carrierflex.workflows.figures.bushing_figures import _force_loops
+from carrierflex.workflows.figures.draw_figures import _chosen_figures, main
 from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
 from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
-from carrierflex.workflows.figures.finite_element_figures import deflection_curves, mode_shapes
+from carrierflex.workflows.figures.finite_element_figures import _mode_shapes, deflection_curves
 from carrierflex.workflows.figures.index_page import FIGURES, index_page
 from carrierflex.workflows.figures.mounting_figures import cylinder_forces
 from carrierflex.workflows.figures.shared_runs import BodyReduction, SharedRuns
@@ -43,8 +43,8 @@ def test_the_index_says_of_every_figure_what_made_it_and_what_is_derived():
 
 
 def test_figures_are_chosen_by_paper_and_by_number():
-    assert chosen_figures("2011", ()) == FIGURES_2011
-    assert [figure.name for figure in chosen_figures(None, ("2012-5", "2011-9"))] == [
+    assert _chosen_figures("2011", ()) == FIGURES_2011
+    assert [figure.name for figure in _chosen_figures(None, ("2012-5", "2011-9"))] == [
         "2011-9",
         "2012-5",
     ]
@@ -97,18 +97,18 @@ def test_every_law_begins_with_its_stiffness_and_loses_what_its_damper_takes():
     # Slow and small: no fluid, no slip, no hardening.
     amplitude = 1e-5
     for (label, (u, force)), constants in zip(
-        force_loops(1e-4, amplitude).items(), TABLE_3.values(), strict=True
+        _force_loops(1e-4, amplitude).items(), TABLE_3.values(), strict=True
     ):
         stiffness = constants["K1"] + constants.get("Kp", 0.0)
         assert_allclose(np.polyfit(u, force, 1)[0], stiffness, rtol=1e-3, err_msg=label)
     # The linear law's loop holds pi C omega u².
-    u, force = force_loops()["Lin"]
+    u, force = _force_loops()["Lin"]
     area = abs(np.trapezoid(force, u))
     assert_allclose(area, np.pi * 4.83e6 * (2.0 * np.pi * 0.05) * 8e-3**2, rtol=1e-3)
 
 
 def test_the_three_laws_agree_at_small_deflection_and_part_at_large_ones():
-    small, large = force_loops(1e-3, 1e-3), force_loops(1e-3, 8e-3)
+    small, large = _force_loops(1e-3, 1e-3), _force_loops(1e-3, 8e-3)
 
     def peak(loops):
         """Largest force of every law [N]."""
@@ -137,7 +137,7 @@ def bodies(flexible_mesh, flexible_reduction, one_pin_mesh, pin_reduction):
 
 
 def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin_structure):
-    shapes, mode, pivot = mode_shapes(SimpleNamespace(bodies=bodies, parameters=StageParameters()))
+    shapes, mode, pivot = _mode_shapes(SimpleNamespace(bodies=bodies, parameters=StageParameters()))
     shaft, carrier, *pins = (u for _, _, u in shapes)
     assert 100.0 < mode.frequency_hz < 250.0
     assert "1 nodal diameter" in mode.rim_motion

@@ -11,7 +11,7 @@ from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 from carrierflex.reduction.body_files import read_body, read_shapes
 from carrierflex.workflows.fe import compare_couplings, compute_curves
-from carrierflex.workflows.fe.carrier_variants import flexible_variant, given_variant, stiff_variant
+from carrierflex.workflows.fe.carrier_variants import solved_carrier
 from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from carrierflex.workflows.reduction import check_certificate, reduce_body
 from tests.geometry.extruded_carriers import write_extruded
@@ -38,7 +38,7 @@ def mesh_file(folder, variant, kind, size, *, wedges=False, suffix=".msh"):
 def curve_of(folder, variant, kind, size, **options):
     path = mesh_file(folder, variant, kind, size, **options)
     files = CarrierFiles(None, folder / "surfaces.toml", {variant: path})
-    return given_variant(variant, files, STAGE, size).deflection.curves["both"].axial
+    return solved_carrier(variant, STAGE, size, files).deflection.curves["both"].axial
 
 
 def difference(curve, expected):
@@ -49,7 +49,7 @@ def difference(curve, expected):
 @pytest.mark.long
 def test_curves_of_hexahedra_go_to_those_of_tetrahedra(folder):
     """Tetrahedra of 30 mm are themselves 2.3 % from those of 20 mm (docs/cad.md)."""
-    expected = flexible_variant(STAGE, 0.03).deflection.curves["both"].axial
+    expected = solved_carrier("flexible", STAGE, 0.03).deflection.curves["both"].axial
     linear = [
         difference(curve_of(folder, "flexible", "hexahedron", size), expected)
         for size in (0.06, 0.03)
@@ -69,8 +69,8 @@ def test_the_stiff_carrier_has_its_bearing_seats_by_their_width(folder):
     seat = mesh.points[np.unique(mesh.surface("pin_2_midspan")), 0]
     middle, half = CARRIER.pin_stations[1], PIN.bearing_width / 2.0
     assert_allclose([seat.min(), seat.max()], [middle - half, middle + half], atol=1e-9)
-    curve = given_variant("stiff", files, STAGE, 0.08).deflection.curves["both"].axial
-    expected = stiff_variant(STAGE, 0.03).deflection.curves["both"].axial
+    curve = solved_carrier("stiff", STAGE, 0.08, files).deflection.curves["both"].axial
+    expected = solved_carrier("stiff", STAGE, 0.03).deflection.curves["both"].axial
     # Tetrahedra of 30 mm are 2.5 % off, these hexahedra some 3 %.
     assert difference(curve, expected) < 0.06
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameter_sources import limits, sources
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
-from carrierflex.workflows.geometry.write_parameters import dimensioned_drawing
+from carrierflex.workflows.geometry.write_parameters import _dimensioned_drawing
 from carrierflex.workflows.geometry.write_parameters import main as write_parameters
 from carrierflex.workflows.simulation.copy_cases import main as copy_cases
 
@@ -56,7 +56,7 @@ def test_a_limit_is_where_the_stage_no_longer_fits_together():
 
 
 def test_every_dimension_of_the_carrier_is_named_in_the_drawing():
-    figure = dimensioned_drawing(CarrierParameters())
+    figure = _dimensioned_drawing(CarrierParameters())
     texts = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert [name for name in CarrierParameters.__dataclass_fields__ if name not in texts] == []
 

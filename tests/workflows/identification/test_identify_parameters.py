@@ -53,7 +53,8 @@ def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
 def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
     tmp_path, campaign, monkeypatch
 ):
-    module = "carrierflex.workflows.identification.identified_figures"
+    module = "carrierflex.workflows.identification.identify_parameters"
+    view = "carrierflex.identification.view"
     alive = weakref.WeakSet()
     most = []
     drawn = []
@@ -70,9 +71,9 @@ def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
         assert [channel.name for channel in channels] == [max(by_channel, key=by_channel.get)]
         return Plot()
 
-    monkeypatch.setattr(f"{module}.signals_figure", signals)
+    monkeypatch.setattr(f"{view}.signals_figure", signals)
     for name in ("rms_figure", "parameters_figure"):
-        monkeypatch.setattr(f"{module}.{name}", lambda estimates: Plot())
+        monkeypatch.setattr(f"{view}.{name}", lambda estimates: Plot())
     monkeypatch.setattr(f"{module}.save_figure", lambda path, figure: path.touch())
     monkeypatch.setattr(f"{module}._MOST_DRAWN", 1)
     result = main(campaign, model="m2", out=tmp_path / "out")

@@ -26,8 +26,8 @@ from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.papers import gap_results
-from carrierflex.workflows.papers.explain_gap import PIN_FIT, Task, read_samples
-from carrierflex.workflows.papers.gap_laplace import laplace
+from carrierflex.workflows.papers.explain_gap import PIN_FIT, Task, _read_samples
+from carrierflex.workflows.papers.gap_laplace import laplace, most_probable
 from carrierflex.workflows.papers.gap_posterior import (
     ALL_SENSORS,
     FACE,
@@ -43,7 +43,6 @@ from carrierflex.workflows.papers.gap_posterior import (
     Prior,
     Samples,
     comparison,
-    most_probable,
     sample,
     standard_errors,
 )
@@ -244,11 +243,11 @@ def test_samples_of_another_seed_are_refused(tmp_path):
     content = {"points": samples.points, "numbers": samples.numbers}
     content |= {"log_volume": samples.log_volume, "laplace_evidence": [[6e-6, 0.0, 3.0]]}
     save_json(tmp_path / task.file, {**task.inputs, **content})
-    read = read_samples(task, tmp_path / task.file)
+    read = _read_samples(task, tmp_path / task.file)
     np.testing.assert_array_equal(read.numbers, samples.numbers)
     assert read.log_evidence(6e-6) == 3.0
     with pytest.raises(ValueError, match="has seed 1; expected 2: remove the file to compute it"):
-        read_samples(replace(task, seed=2), tmp_path / task.file)
+        _read_samples(replace(task, seed=2), tmp_path / task.file)
 
 
 def made_up(hypothesis, gap):

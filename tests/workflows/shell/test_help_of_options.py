@@ -7,9 +7,8 @@ import typing
 import pytest
 
 from carrierflex.workflows import command_line
-from carrierflex.workflows.shell.called_commands import options_of, workflow_of
+from carrierflex.workflows.shell.called_commands import _units_of, options_of, workflow_of
 from carrierflex.workflows.shell.commands import COMMANDS, GROUPS, HOLDERS, RELATED
-from carrierflex.workflows.shell.shown_defaults import units_of
 
 WORKFLOWS = {name: workflow_of(command) for name, command in COMMANDS.items()}
 OPTIONS = {name: options_of(workflow) for name, workflow in WORKFLOWS.items()}
@@ -69,7 +68,9 @@ def test_every_option_is_described_with_its_unit(name, key, option):
     text = texts(inspect.getdoc(WORKFLOWS[name]))[key]
     assert text.strip()
     if is_float(option.annotation):
-        assert units_of(inspect.getdoc(WORKFLOWS[name])).get(key) or WITHOUT_UNIT.search(text), text
+        assert _units_of(inspect.getdoc(WORKFLOWS[name])).get(key) or WITHOUT_UNIT.search(text), (
+            text
+        )
 
 
 @pytest.mark.parametrize(("name", "key", "option"), options())

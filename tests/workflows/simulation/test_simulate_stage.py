@@ -23,6 +23,7 @@ from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.workflows import command_line
 from carrierflex.workflows.simulation import simulate_stage
 from carrierflex.workflows.simulation.simulate_load_case import main
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from tests.simulation.synthetic_curves import curve_set
 
 
@@ -49,13 +50,18 @@ def short_case(tmp_path, *changes):
 
 @pytest.fixture(scope="module")
 def coarse_body():
-    return simulate_stage.default_stage_body(1e6, 0.06)
+    return default_stage_body(1e6, 0.06)
 
 
 @pytest.fixture
 def coarse(coarse_body, monkeypatch):
     assert isinstance(coarse_body, StageBody)
-    monkeypatch.setattr(simulate_stage, "default_stage_body", lambda *_, **__: coarse_body)
+    of_files = simulate_stage.stage_body_of_files
+
+    def body(files, *stated, **more):
+        return of_files(files, *stated, **more) if files else coarse_body
+
+    monkeypatch.setattr(simulate_stage, "stage_body_of_files", body)
     return coarse_body
 
 

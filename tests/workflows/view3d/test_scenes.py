@@ -14,11 +14,10 @@ from carrierflex.geometry.view import rounded_magnification, torque_arrow
 from carrierflex.reduction.pin_fit import torque_curve
 from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.view3d.body_scene import body_scene
-from carrierflex.workflows.view3d.circles import directions
-from carrierflex.workflows.view3d.curve_scene import curve_scene
 from carrierflex.workflows.view3d.rim_motion_files import RimMotion, RimSignal
 from carrierflex.workflows.view3d.rim_scene import rim_scene
-from carrierflex.workflows.view3d.scene import feature_edges
+from carrierflex.workflows.view3d.scene import directions, feature_edges
+from carrierflex.workflows.view3d.view_file import _curve_scene
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +116,7 @@ def curve(name, axial, radial):
 
 def test_a_curve_is_drawn_along_x_and_along_the_radius():
     angle = np.deg2rad(np.arange(360.0))
-    scene = curve_scene(
+    scene = _curve_scene(
         {"delta_f": curve("delta_f", 2e-7 * np.cos(3 * angle), 1e-7 + 0 * angle)}, "c"
     )
     rim = part_of(scene, "rim")
@@ -131,7 +130,7 @@ def test_a_curve_is_drawn_along_x_and_along_the_radius():
 
 def test_curves_without_a_deflection_are_refused():
     with pytest.raises(ValueError, match="c: every curve is zero; expected one that deflects"):
-        curve_scene({"delta_f": curve("delta_f", np.zeros(36), np.zeros(36))}, "c")
+        _curve_scene({"delta_f": curve("delta_f", np.zeros(36), np.zeros(36))}, "c")
 
 
 @pytest.mark.parametrize("direction", ["axial", "radial"])
