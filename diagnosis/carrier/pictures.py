@@ -3,12 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import count
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.columns import RunColumns, blocks_of_runs
+from carrierflex.diagnosis.carrier.records.columns import blocks_of_runs
 from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
@@ -22,7 +21,6 @@ from carrierflex.diagnosis.comparison.overlay import (
 from carrierflex.diagnosis.comparison.problem import ComplexArray, Effects, FloatArray, IntArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.order_analysis import OrderFit
 
 #: Angles of one turn [rad].
 _TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -64,41 +62,17 @@ class ModelResiduals:
         columns, values = self.values(effects, theta)
         weights = -values
         weights[..., 0] += 1.0
-        if self.records.amplitudes.shape[2] == 1:
-            return self._from_records(columns, weights)
-        result = np.empty(self.records.orders.shape, dtype=np.complex128)
-        row = np.zeros((1, self.records.index.size))
-        for r in range(len(weights)):
-            turns = self.records.run_of_revolution == r
-            for c, of_channel in enumerate(weights[r]):
-                row[0, columns] = of_channel
-                by_basis = self.records.by_basis(c, row)[0]
-                result[turns, c] = by_basis @ self.records.amplitudes[turns, c]
-        return result
-
-    def _from_records(self, columns: IntArray, weights: FloatArray) -> ComplexArray:
-        """Order amplitudes of weighted columns, from a pass over the records."""
         keys = list(self.records.index.numbers)
         used = [keys[column] for column in columns.tolist()]
-        result = np.full(self.records.orders.shape, np.nan, dtype=np.complex128)
-        highest = self.records.orders.shape[-1] - 1
         owners = {key[0] for key in used}
-        for r, run in enumerate(self.campaign.within_use().runs):
-            run_columns = RunColumns(run, self.model.source)
-            first = int(np.argmax(self.records.run_of_revolution == r))
-            for c, channel in enumerate(self.campaign.channels):
-                turns = count(first)
-                blocks = [run_columns.blocks(MOST_BLOCKS)]
-                (of_channel,) = blocks_of_runs([run_columns], channel, blocks, owners)
-                for block in of_channel:
-                    rows = block.rows[[block.index.numbers[key] for key in used]]
-                    signal = weights[r, c] @ rows
-                    for revolution, turn in zip(block.revolutions, turns, strict=False):
-                        present = block.present(revolution)
-                        angle = block.inputs.carrier_angle[present]
-                        fit = OrderFit(angle, highest)
-                        if not fit.is_too_sparse:
-                            result[turn, c] = fit.amplitudes(signal[None, present])[0][:, 0]
+        result = np.empty_like(self.records.orders)
+        highest = result.shape[-1] - 1
+        runs, source = self.campaign.within_use().runs, self.model.source
+        for c, blocks in blocks_of_runs(runs, self.campaign.channels, source, MOST_BLOCKS, owners):
+            for block in blocks:
+                rows = block.rows[[block.index.numbers[key] for key in used]]
+                signal = weights[block.run, c] @ rows
+                result[block.turns, c] = block.orders(signal, highest)[0]
         return result
 
     def pictures(

@@ -16,7 +16,6 @@ from carrierflex.diagnosis.carrier.model import (
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
-    RunColumns,
     blocks_of_runs,
     columns_of_campaign,
     largest_load,
@@ -234,22 +233,19 @@ def carrier_planned_table(
     products = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
-        columns = RunColumns(run, model.source)
-        for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
-            gram, n_samples = np.zeros((n_columns, n_columns)), 0
-            (of_channel,) = blocks_of_runs([columns], channel, [columns.blocks(1)], model.effects)
-            for block in of_channel:
-                numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
-                present = block.all_present
-                signatures = weights @ block.rows[:, present]
-                if of_run and r < n_runs:
-                    loads = _unrecorded_rows(model, channel, block.inputs, limits.radial_load)
-                    signatures = np.concatenate([signatures, loads[:, present]])
-                    at_end = rows.size + of_run * r + np.arange(of_run)
-                    numbers = np.concatenate([numbers, at_end])
-                gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
-                n_samples += present.size
-            products.append((gram, r, c, float(n_samples)))
+        sensors = pool.channels[: None if r < n_runs else n_channels]
+        for c, (block,) in blocks_of_runs([run], sensors, model.source, 1, model.effects):
+            present = block.present
+            numbers, weights = rows_at(rows.groups, r, c, len(present))
+            signatures = weights @ present
+            if of_run and r < n_runs:
+                loads = _unrecorded_rows(model, sensors[c], block.inputs, limits.radial_load)
+                signatures = np.concatenate([signatures, loads])
+                at_end = rows.size + of_run * r + np.arange(of_run)
+                numbers = np.concatenate([numbers, at_end])
+            gram = np.zeros((n_columns, n_columns))
+            gram[np.ix_(numbers, numbers)] = signatures @ signatures.T / noise[c]
+            products.append((gram, r, c, float(present.shape[1])))
     grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)

@@ -342,7 +342,7 @@ class CarrierProblem(ComparisonProblem):
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
         fitted = (effects, theta, self._choice(effects))
-        return CarrierReading(self.campaign, self.model, self.records, *fitted).misread()
+        return CarrierReading(self.campaign, self.model, *fitted).misread()
 
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
         """What a first derivative misses of a change of the drawing, each by itself."""

@@ -1,11 +1,9 @@
 """Sums over the records of a carrier campaign, accumulated once: products of all columns.
 
-Fits, held-out scores, the class table and the orders of a model's residual are algebra on these
-sums, run slice by run slice where a campaign is large. Only the orders of a large campaign's
-columns do not fit in memory: its residuals pass over the records again
-(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 300 columns of a sensor fewer than
-half are different: a tilt of the housing, its column at a sensor moved by 3 deg and an offset are
-one constant, in every run alike. The products are of those.
+Fits, held-out scores and the class table are algebra on these sums, run slice by run slice where a
+campaign is large; the orders of what a model leaves take another pass over the records. Of some 300
+columns of a sensor fewer than half are different: a tilt of the housing, its column at a sensor
+moved by 3 deg and an offset are one constant, in every run alike. The products are of those.
 """
 
 from collections import OrderedDict
@@ -19,20 +17,18 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
-    BlockColumns,
     ColumnIndex,
     ColumnSource,
-    RunColumns,
     blocks_of_runs,
     columns_of_campaign,
-    groups_of_runs,
+    inputs_of,
     some_samples,
 )
 from carrierflex.diagnosis.comparison.problem import ComplexArray, FloatArray, IntArray, Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.identification.campaign.order_analysis import OrderFit, highest_order
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
@@ -58,9 +54,9 @@ _MOST_MEMORY = 8_000_000_000
 _PROGRAM = 1_100_000_000
 #: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
-#: Bytes of an array that is in memory at once: order amplitudes of the basis, unpacked products,
-#: and those of a slice of the runs for a usual set of so many columns. Weights of a slice, their
-#: derivatives and what works on them are some four times as large. Bytes that are stored.
+#: Bytes of an array that is in memory at once: unpacked products, and those of a slice of the runs
+#: for a usual set of so many columns. Weights of a slice, their derivatives and what works on them
+#: are some four times as large. Bytes that are stored.
 _AT_ONCE, _STORED_BYTES = 50_000_000, 100_000_000
 _USUAL_COLUMNS = 40
 #: Every which sample is looked at for whether the basis holds.
@@ -104,10 +100,10 @@ def _column_basis(
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
     members, of_channels, largest = [], [], []
     # Channel by channel: the columns of all of them are several times the records.
-    rows_at = some_samples(runs, source, n_samples)
+    columns = some_samples(runs, source, n_samples)
     n_effects = columns_of_campaign(runs[0], channels[0], source).flexible.start - 1
     for channel in channels:
-        table = rows_at(channel)
+        table = np.array(list(columns.rows(channel).values())[1:])
         table = table[:, np.isfinite(table).all(axis=0)]
         chosen, combinations = _combinations(table, n_effects)
         members.append(chosen)
@@ -191,10 +187,9 @@ class CarrierSums:
     #: of a large campaign are on disk and read for some segments at a time, shape (P, C, b (b + 1).
     products: Rows
     counts: IntArray  # Samples that are not missing, shape (P, C)
-    #: Order amplitudes by revolution, 0 to n, of the target and the columns of the basis; NaN where
-    #: a revolution is too sparse. Of the target alone where they would fill the memory, shape (R,
-    #: C, 1 + b, n + 1).
-    amplitudes: ComplexArray
+    #: Order amplitudes of the measured signal by revolution, NaN where one is too sparse, shape (R,
+    #: C, n + 1)
+    orders: ComplexArray
     #: Sum of squares of the measured signal about those orders, and its degrees of freedom, shape
     #: (R, C, 2)
     within: FloatArray
@@ -210,11 +205,6 @@ class CarrierSums:
     def nbytes(self) -> int:
         """Bytes of the products."""
         return self.target.nbytes + self.products.nbytes
-
-    @property
-    def orders(self) -> ComplexArray:
-        """Order amplitudes of the measured signal by revolution, shape (R, C, n + 1)."""
-        return self.amplitudes[:, :, 0]
 
     def gram(self, columns: IntArray, segments: slice = slice(None)) -> FloatArray:
         """Products of some columns, the target first, shape (P, C, u, u), of some segments."""
@@ -307,9 +297,8 @@ class CarrierSums:
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
         # The orders are those of the signals that were replaced.
-        n_turns, n_channels, _, n_orders = self.amplitudes.shape
-        no_orders = np.broadcast_to(np.complex128(np.nan), (n_turns, n_channels, 1, n_orders))
-        return replace(self, target=target, amplitudes=no_orders)
+        no_orders = np.broadcast_to(np.complex128(np.nan), self.orders.shape)
+        return replace(self, target=target, orders=no_orders)
 
     @property
     def _square(self) -> IntArray:
@@ -356,15 +345,16 @@ def _filled(
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
     runs = campaign.within_use().runs
-    revolutions = [len(whole_revolutions(run).samples) for run in runs]
-    numbers = np.arange(len(runs))
-    run_of_segment = np.repeat(numbers, np.minimum(n_blocks, revolutions))
-    run_of_revolution = np.repeat(numbers, revolutions)
-    n_channels = len(campaign.channels)
-    shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
-    n_orders = highest_order(source.rig.n_planets) + 1
-    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AT_ONCE
-    n_signals = 1 + basis.size * bool(stores_basis)
+    loads, n_turns = [], []
+    for run in runs:
+        inputs, turns = inputs_of(run), whole_revolutions(run).samples
+        n_turns.append(len(turns))
+        columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
+        loads += [[column[samples].mean() for column in columns] for samples in turns]
+    numbers, n_channels = np.arange(len(runs)), len(campaign.channels)
+    run_of_segment = np.repeat(numbers, np.minimum(n_blocks, n_turns))
+    shape, of_turns = (run_of_segment.size, n_channels), (len(loads), n_channels)
+    highest = highest_order(source.rig.n_planets)
     sums = CarrierSums(
         index=index,
         segments=(),
@@ -373,15 +363,30 @@ def _filled(
         basis=basis,
         products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), _IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
-        amplitudes=np.zeros((*turns, n_signals, n_orders), dtype=np.complex128),
-        within=np.zeros((*turns, 2)),
-        run_of_revolution=run_of_revolution,
-        loads=np.empty((run_of_revolution.size, 3)),
+        orders=np.zeros((*of_turns, highest + 1), dtype=np.complex128),
+        within=np.zeros((*of_turns, 2)),
+        run_of_revolution=np.repeat(numbers, n_turns),
+        loads=np.array(loads),
     )
-    for group in groups_of_runs(runs):
-        columns = [RunColumns(runs[r], source) for r in group]
-        if not _fill(sums, group, columns, campaign.channels, n_blocks):
-            return None
+    for c, blocks in blocks_of_runs(runs, campaign.channels, source, n_blocks):
+        if c == 0:
+            products: FloatArray = np.zeros((len(blocks), *sums.products.shape[1:]))
+        members = basis.members[c]
+        upper = np.triu_indices(members.size)
+        triangle = sums.triangle(*upper)
+        for k, block in enumerate(blocks):
+            present = block.present
+            if not basis.holds(c, present[1:, ::_CHECKED]):
+                return None
+            orders, off_orders = block.orders(block.rows[0], highest)
+            sums.orders[block.turns, c] = orders
+            sums.within[block.turns, c] = off_orders
+            of_basis = present[1 + members]
+            sums.target[block.number, c] = present @ present[0]
+            products[k, c, triangle] = (of_basis @ of_basis.T)[upper]
+            sums.counts[block.number, c] = present.shape[1]
+        if c == n_channels - 1:
+            sums.products[blocks[0].number : blocks[-1].number + 1] = products
     return sums
 
 
@@ -402,68 +407,6 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     n_columns = index.flexible.start
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
     return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
-
-
-def _fill(
-    sums: CarrierSums,
-    numbers: range,
-    runs: Sequence[RunColumns],
-    channels: Sequence[Channel],
-    n_blocks: int,
-) -> bool:
-    """Put the sums of some runs where they stand among all; tell whether the basis holds."""
-    blocks = [run.blocks(n_blocks) for run in runs]
-    turns = np.searchsorted(sums.run_of_revolution, numbers).tolist()
-    segments = np.searchsorted(sums.run_of_segment, [*numbers, numbers.stop]).tolist()
-    products = np.zeros((segments[-1] - segments[0], *sums.products.shape[1:]))
-    for turn, run in zip(turns, runs, strict=True):
-        loads = (run.inputs.torque, run.inputs.ntl_y, run.inputs.ntl_z)
-        for r, rows in enumerate(run.revolutions, start=turn):
-            sums.loads[r] = [column[rows].mean() for column in loads]
-    # Sensors that miss no sample share the fit of the orders.
-    fits: dict[int, OrderFit] = {}
-    for c, channel in enumerate(channels):
-        members = sums.basis.members[c]
-        upper = np.triu_indices(members.size)
-        triangle = sums.triangle(*upper)
-        with_orders = np.append(0, 1 + members)[: sums.amplitudes.shape[2]]
-        of_runs = blocks_of_runs(runs, channel, blocks)
-        for turn, segment, of_run in zip(turns, segments[:-1], of_runs, strict=True):
-            first = turn
-            for p, block in enumerate(of_run, start=segment):
-                present = block.rows[:, block.all_present]
-                if not sums.basis.holds(c, present[1:, ::_CHECKED]):
-                    return False
-                _fill_amplitudes(sums, block, with_orders, fits, (first, c))
-                basis = present[1 + members]
-                sums.target[p, c] = present @ present[0]
-                products[p - segments[0], c, triangle] = (basis @ basis.T)[upper]
-                sums.counts[p, c] = present.shape[1]
-                first += len(block.revolutions)
-    sums.products[segments[0] : segments[-1]] = products
-    return True
-
-
-def _fill_amplitudes(
-    sums: CarrierSums,
-    block: BlockColumns,
-    numbers: IntArray,
-    fits: dict[int, OrderFit],
-    at: tuple[int, int],
-) -> None:
-    """Fill the orders of some rows, and what is left of the target, from revolution and channel."""
-    turn, c = at
-    highest = sums.amplitudes.shape[-1] - 1
-    for r, revolution in enumerate(block.revolutions, start=turn):
-        present = block.present(revolution)
-        theta = block.inputs.carrier_angle[present]
-        if r not in fits or not np.array_equal(fits[r].theta, theta):
-            fits[r] = OrderFit(theta, highest)
-        if fits[r].is_too_sparse:
-            sums.amplitudes[r, c] = np.nan
-        else:
-            of_orders, sums.within[r, c] = fits[r].amplitudes(block.rows[numbers[:, None], present])
-            sums.amplitudes[r, c, : numbers.size] = of_orders.T
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
