@@ -16,10 +16,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
     RunColumns,
     SampleColumns,
-    blocks_of_runs,
-    columns_of_campaign,
 )
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
@@ -56,7 +53,7 @@ class _Scores:
     """``J.T x`` by channel, shape (C, p)."""
 
     residual: FloatArray  # x is what the fit leaves
-    prediction: FloatArray  # x is what it predicts
+    prediction: FloatArray  # x is what it predicts before gain and zero of a sensor
     constant: FloatArray  # x is one
 
 
@@ -73,15 +70,15 @@ class CarrierReading:
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
-        source = self._source_of_set()
-        as_read = cache(lambda: self._scores(self.campaign, source))
-        moved = cache(lambda quantity: self._scores(self._moved(errors, quantity), source).residual)
+        model = self.model.of_set(self.effects)
+        as_read = cache(lambda: self._scores(self.campaign, model))
+        moved = cache(lambda quantity: self._scores(self._moved(errors, quantity), model).residual)
         scores = []
         for error in errors:
             quantity, channel = error.quantity, error.channel
             if channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
-                made = self._scores(replace(self.campaign, runs=runs), source).residual
+                made = self._scores(replace(self.campaign, runs=runs), model).residual
                 change = (made - as_read().residual).sum(axis=0)
             elif quantity is Measurement.GAIN:
                 change = error.std * as_read().prediction[channel]
@@ -90,7 +87,7 @@ class CarrierReading:
             else:
                 change = moved(quantity)[channel] - as_read().residual[channel]
             scores.append(change)
-        scores += [change.sum(axis=0) for change in self._of_curves(source)]
+        scores += [change.sum(axis=0) for change in self._of_curves(model)]
         table = np.array(scores).reshape(len(scores), self.theta.size)
         return Misreading(errors, table, "deflection curve", self._words_of_curves())
 
@@ -120,8 +117,9 @@ class CarrierReading:
         runs = tuple(_with_late_predictions(run, late) for run in self.campaign.runs)
         return replace(self.campaign, channels=tuple(channels), runs=runs)
 
-    def _of_curves(self, source: ColumnSource) -> Iterator[FloatArray]:
+    def _of_curves(self, model: CarrierModel) -> Iterator[FloatArray]:
         """Change of ``J.T r`` by channel by each wave of the curves, a standard deviation off."""
+        source = model.source
         rigs = list(_rigs_of_curve_errors(source.rig))
         # With tolerances the orders of the curves are free themselves.
         if TOLERANCES not in self.campaign.rig:
@@ -134,42 +132,25 @@ class CarrierReading:
         fewest = min(samples.size for of_run in turns for samples in of_run)
         every = max(1, fewest // _SAMPLES_PER_TURN)
         campaign = self.campaign.thinned(every)
-        as_read = self._scores(campaign, source).residual
-        yield from (every * (self._scores(campaign, one).residual - as_read) for one in others)
+        as_read = self._scores(campaign, model).residual
+        for other in others:
+            yield every * (self._scores(campaign, replace(model, source=other)).residual - as_read)
 
-    def _scores(self, campaign: Campaign, source: ColumnSource) -> _Scores:
-        """Scores over the records of a campaign with the columns of the set from a source."""
-        runs = campaign.within_use().runs
-        index = columns_of_campaign(runs[0], campaign.channels[0], source)
-        model = replace(self.model, source=source, index=index)
+    def _scores(self, campaign: Campaign, model: CarrierModel) -> _Scores:
+        """Scores over the records of a campaign with the columns of a model."""
+        of_reading = [
+            model.effects[p.effect].measurement in (Measurement.GAIN, Measurement.ZERO)
+            for p in model.parameters(self.effects, self.choice)
+        ]
+        thetas = self.theta, np.where(of_reading, 0.0, self.theta)
         scores = np.zeros((3, len(campaign.channels), self.theta.size))
-        every_block = blocks_of_runs(runs, campaign.channels, source, MOST_BLOCKS, source.effects)
-        for c, blocks in every_block:
-            first = blocks[0].run
-            if c == 0:
-                some = slice(first, blocks[-1].run + 1)
-                table = model.weights(self.effects, self.choice, self.theta, some)
-            for block in blocks:
-                r, rows = block.run - first, block.present[table.columns]
-                weights = np.array([table.residual[r, c], table.values[r, c]])
-                signals = np.vstack([weights @ rows, np.ones(rows.shape[1])])
-                scores[:, c, table.unknowns[r]] += (signals @ rows.T) @ table.slopes[r, c].T
+        every_block = model.blocks(campaign, self.effects, self.choice, *thetas)
+        for c, block, (table, without_reading) in every_block:
+            rows = block.present[table.columns]
+            weights = np.array([table.residual[0, c], without_reading.values[0, c]])
+            x = np.vstack([weights @ rows, np.ones(rows.shape[1])])
+            scores[:, c, table.unknowns[0]] += (x @ rows.T) @ table.slopes[0, c].T
         return _Scores(*scores)
-
-    def _source_of_set(self) -> ColumnSource:
-        """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
-        source = self.model.source
-        fitted = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
-        quantities = {one.measurement for one in fitted.values()}
-        effects = {
-            name: replace(
-                one,
-                follows_sensor=one.follows_sensor and Measurement.ANGLE in quantities,
-                follows_delay=one.follows_delay and Measurement.DELAY in quantities,
-            )
-            for name, one in fitted.items()
-        }
-        return replace(source, effects=effects)
 
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:

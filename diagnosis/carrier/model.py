@@ -4,7 +4,7 @@ The measurement model of :mod:`carrierflex.simulation.sensing` on columns: the r
 is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
@@ -18,11 +18,14 @@ from carrierflex.diagnosis.carrier.records.columns import (
     PLAIN,
     PREDICTION,
     SHAPE,
+    BlockColumns,
     ColumnIndex,
     ColumnSource,
     angle_nodes,
+    blocks_of_runs,
     delay_nodes,
 )
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
@@ -31,6 +34,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     bounds_of,
 )
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -38,9 +42,6 @@ from carrierflex.simulation.measurement import Measurement
 
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
-
-#: The same, or several channels that are off alike.
-ChannelChoice = Mapping[str, int | slice]
 
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
@@ -96,7 +97,7 @@ class WeightTable:
             for unknown, slope in term.slopes.items():
                 self.slopes[term.runs, channels, unknown, position] += slope
 
-    def amplify(self, channel: int | slice, gain: float, unknown: int) -> None:
+    def amplify(self, channel: int, gain: float, unknown: int) -> None:
         """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
         self.slopes[:, channel] *= 1.0 + gain
         self.slopes[:, channel, unknown] = self.values[:, channel]
@@ -121,6 +122,36 @@ class CarrierModel:
     def effects(self) -> Mapping[str, Effect]:
         """All effects by id."""
         return self.source.effects
+
+    def of_set(self, effects: Effects) -> "CarrierModel":
+        """Model of a set alone, its columns moved and late only where the set moves or delays."""
+        fitted = {name: self.effects[name] for name in (*self.contained, *effects)}
+        quantities = {one.measurement for one in fitted.values()}
+        of_set = {
+            name: replace(
+                one,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in quantities,
+                follows_delay=one.follows_delay and Measurement.DELAY in quantities,
+            )
+            for name, one in fitted.items()
+        }
+        return replace(self, source=replace(self.source, effects=of_set))
+
+    def blocks(
+        self, campaign: Campaign, effects: Effects, choice: Choice, *thetas: FloatArray
+    ) -> Iterator[tuple[int, BlockColumns, list["WeightTable"]]]:
+        """Blocks of the records at every sensor, with weights in the run at some parameters."""
+        runs, source = campaign.within_use().runs, self.source
+        tables: dict[int, list[WeightTable]] = {}
+        every = blocks_of_runs(runs, campaign.channels, source, MOST_BLOCKS, source.effects)
+        for c, blocks in every:
+            if c == 0:
+                model = replace(self, index=blocks[0].index)
+                tables = {
+                    r: [model.weights(effects, choice, one, slice(r, r + 1)) for one in thetas]
+                    for r in range(blocks[0].run, blocks[-1].run + 1)
+                }
+            yield from ((c, block, tables[block.run]) for block in blocks)
 
     def parameters(self, effects: Effects, choice: Choice) -> tuple[Parameter, ...]:
         """Unknowns of baseline + effects; those of an effect with values by run, run by run."""
@@ -170,12 +201,12 @@ class CarrierModel:
         return parameter.lower, parameter.upper
 
     def weights(
-        self, effects: Effects, choice: ChannelChoice, theta: FloatArray, runs: slice = slice(None)
+        self, effects: Effects, choice: Choice, theta: FloatArray, runs: slice = slice(None)
     ) -> WeightTable:
         """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 
-        `choice` is the channel of every effect of one sensor among all effects, a slice for an
-        error of several channels; `runs` are those that are wanted.
+        `choice` is the channel of every effect of one sensor among all effects; `runs` are those
+        that are wanted.
         """
         first, unknowns = self._unknowns(effects)
         unknowns = unknowns[runs]

@@ -6,9 +6,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.columns import blocks_of_runs
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -42,9 +41,7 @@ class ModelResiduals:
     campaign: Campaign  # Records
     model: CarrierModel  # Columns, runs and channels
     records: CarrierSums  # Order amplitudes of the measured signals
-    #: Columns of a model's signals and their weights by run and channel, from its effects and
-    #: parameters
-    values: Callable[[Effects, FloatArray], tuple[IntArray, FloatArray]]
+    choice: Callable[[Effects], Choice]  # Channel of every effect of one sensor of a set
 
     def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
         """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
@@ -59,20 +56,11 @@ class ModelResiduals:
 
     def _made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
         """The same, not cached: of 500 runs 66 MB."""
-        columns, values = self.values(effects, theta)
-        weights = -values
-        weights[..., 0] += 1.0
-        keys = list(self.records.index.numbers)
-        used = [keys[column] for column in columns.tolist()]
-        owners = {key[0] for key in used}
         result = np.empty_like(self.records.orders)
-        highest = result.shape[-1] - 1
-        runs, source = self.campaign.within_use().runs, self.model.source
-        for c, blocks in blocks_of_runs(runs, self.campaign.channels, source, MOST_BLOCKS, owners):
-            for block in blocks:
-                rows = block.rows[[block.index.numbers[key] for key in used]]
-                signal = weights[block.run, c] @ rows
-                result[block.turns, c] = block.orders(signal, highest)[0]
+        model, choice = self.model.of_set(effects), self.choice(effects)
+        for c, block, (table,) in model.blocks(self.campaign, effects, choice, theta):
+            signal = table.residual[0, c] @ block.rows[table.columns]
+            result[block.turns, c] = block.orders(signal, result.shape[-1] - 1)[0]
         return result
 
     def pictures(

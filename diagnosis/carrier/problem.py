@@ -45,7 +45,6 @@ from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
-    IntArray,
     Parameter,
     Segment,
     SegmentSums,
@@ -331,9 +330,7 @@ class CarrierProblem(ComparisonProblem):
 
     def for_laws(self, laws: Effects) -> Self:
         """The same with the effects of some laws: experiments hold no columns of the others."""
-        effects = {name: self.model.effects[name] for name in (*self.model.contained, *laws)}
-        source = replace(self.model.source, effects=effects)
-        return replace(self, model=replace(self.model, source=source))
+        return replace(self, model=self.model.of_set(laws))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied, and a radial sensor where the carrier is as drawn."""
@@ -386,23 +383,10 @@ class CarrierProblem(ComparisonProblem):
 
     @cached_property
     def _residuals(self) -> ModelResiduals:
-        return ModelResiduals(self.campaign, self.model, self.records, self._values)
+        return ModelResiduals(self.campaign, self.model, self.records, self._choice)
 
     def _weights(self, effects: Effects, theta: FloatArray, runs: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, runs)
-
-    def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Columns of a model's signals and their weights by run and channel."""
-        tables = []
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            # Without the derivatives, which are many times as large.
-            tables.append((runs, table.columns, table.values))
-        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
-        values = np.zeros((len(self.campaign.runs), self.noise.size, columns.size))
-        for runs, used, of_slice in tables:
-            values[runs, :, np.searchsorted(columns, used)] = of_slice
-        return columns, values
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:

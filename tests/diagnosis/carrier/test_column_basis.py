@@ -83,5 +83,7 @@ def test_orders_of_what_a_model_leaves_are_those_of_the_signal_less_the_model():
     # Orders are linear in the signal, and the model is linear in its parameters.
     doubled = problem._residuals.orders((), 2.0 * theta)
     assert np.isfinite(left).all()
-    assert_allclose(measured - doubled, 2.0 * (measured - left), atol=1e-12 * np.abs(measured).max())
+    assert_allclose(
+        measured - doubled, 2.0 * (measured - left), atol=1e-12 * np.abs(measured).max()
+    )
     assert np.abs(left).max() < 0.1 * np.abs(measured).max()
