@@ -46,11 +46,6 @@ Choice = Mapping[str, int]
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
 
-#: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
-_LARGEST_DELAY = np.deg2rad(20.0)
-
-_LARGEST_MOVE = np.deg2rad(7.0)
-
 #: Shares of a rigid pin fit at which the table has the derivatives of the curve: the fit moves as a
 #: cause is put in.
 _WEIGHTS = (0.0, 0.5, 1.0)
@@ -194,11 +189,14 @@ class CarrierModel:
         if parameter.shape:
             nodes = self.source.shape_nodes(effect)
             return float(nodes[0]), float(nodes[-1])
-        if effect.measurement is Measurement.DELAY:
-            return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
-        if effect.measurement is Measurement.ANGLE:
-            return -_LARGEST_MOVE, _LARGEST_MOVE
-        return parameter.lower, parameter.upper
+        if effect.measurement not in (Measurement.DELAY, Measurement.ANGLE):
+            return parameter.lower, parameter.upper
+        is_delay = effect.measurement is Measurement.DELAY
+        nodes = (delay_nodes if is_delay else angle_nodes)(self.source.rig.n_planets)
+        # Columns carry a third of a step beyond the last node: 20 deg of delay, 7 of angle.
+        largest = float(nodes[-1] + (nodes[-1] - nodes[-2]) / 3.0)
+        largest /= self.source.speed if is_delay else 1.0
+        return -largest, largest
 
     def weights(
         self, effects: Effects, choice: Choice, theta: FloatArray, runs: slice = slice(None)
@@ -427,13 +425,18 @@ class EffectRows:
     #: The target and the baseline's regressors, then each effect at each of its variants
     groups: tuple[_RowTable, ...]
     n_base: int  # Regressors of the baseline
-    owners: tuple[str, ...]  # Effect of every row after them
-    variants: tuple[tuple[float, ...], ...]  # Its channel, or its shape; empty where it has neither
+    #: Numbers of the rows of each effect at each of its variants: a channel or its shapes
+    variants: Mapping[tuple[str, tuple[float, ...]], IntArray]
 
     @property
     def size(self) -> int:
         """Number of rows."""
-        return 1 + self.n_base + len(self.owners)
+        return 1 + self.n_base + sum(rows.size for rows in self.variants.values())
+
+    def of(self, *effects: str) -> IntArray:
+        """Numbers of the rows of some effects."""
+        rows = [rows for (name, _), rows in self.variants.items() if name in effects]
+        return np.concatenate([np.empty(0, dtype=np.int64), *rows])
 
 
 def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> EffectRows:
@@ -446,17 +449,15 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     parameters = model.parameters((), contained)
     expected = _expected_values(parameters, base)
     groups = [_base_rows(model.weights((), contained, base), base, expected)]
-    owners: list[str] = []
-    variants: list[tuple[float, ...]] = []
+    variants: dict[tuple[str, tuple[float, ...]], IntArray] = {}
+    first = 1 + base.size
     for effect in candidates:
         for variant in model.variants(effect):
-            first = 1 + base.size + len(owners)
             rows = _rows_of_effect(model, effect, variant, base, contained, first)
             groups.append(rows)
-            n_rows = np.unique(rows.numbers).size
-            owners += [effect] * n_rows
-            variants += [variant] * n_rows
-    return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
+            variants[effect, variant] = np.unique(rows.numbers)
+            first += variants[effect, variant].size
+    return EffectRows(tuple(groups), base.size, variants)
 
 
 def _expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import (
     CarrierModel,
-    EffectRows,
     contained_channels,
     effect_rows,
     rows_at,
@@ -42,7 +41,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.stage.stage_data import MountingData
 
-_DIRECTIONS = {"y": (1.0, 0.0), "-y": (-1.0, 0.0), "z": (0.0, 1.0), "-z": (0.0, -1.0)}
 #: Effects that a radial load without a record has, and the columns of its record.
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
 
@@ -112,12 +110,15 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
         if s * nominal <= limits.torque
     ]
     loads.append(_Load("slow", "full torque at 0.5 of the speed", full, 0.0, 0.0, 0.5 * speed))
-    for torque, along, share in product((0.25, 1.0), _DIRECTIONS if has_radial else (), (0.5, 1.0)):
+    directions = ("y", "-y", "z", "-z") if has_radial else ()
+    for torque, along, share in product((0.25, 1.0), directions, (0.5, 1.0)):
         force = share * limits.radial_load
-        y, z = _DIRECTIONS[along]
+        signed = -force if along.startswith("-") else force
+        y, z = (signed, 0.0) if along.endswith("y") else (0.0, signed)
         text = f"{torque:.0%} torque with {force / 1e3:g} kN along {along}"
-        name = f"torque {torque:g} {along} {share:g}"
-        loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
+        loads.append(
+            _Load(f"torque {torque:g} {along} {share:g}", text, torque * full, y, z, speed)
+        )
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
     planned = np.array(
         [
@@ -249,7 +250,9 @@ def carrier_planned_table(
     grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
-    of_effects = _signatures(rows)
+    of_effects = tuple(
+        Signature(*key, tuple(columns.tolist())) for key, columns in rows.variants.items()
+    )
     sizes = np.ones(n_columns)
     sizes[1 : rows.size] = [
         *(unknown.scale for unknown in unknowns),
@@ -380,13 +383,3 @@ def _by_row(
         absent = model.effects[signature.effect].parameters[-1].absent_at
         change = 1.0 if absent is None else abs(signature.variant[0] - absent)
         yield from (scale / (change or 1.0) for scale in scales[signature.effect])
-
-
-def _signatures(rows: EffectRows) -> tuple[Signature, ...]:
-    """Columns by effect and variant."""
-    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-    for k, key in enumerate(zip(rows.owners, rows.variants, strict=True)):
-        groups.setdefault(key, []).append(1 + rows.n_base + k)
-    return tuple(
-        Signature(effect, variant, tuple(columns)) for (effect, variant), columns in groups.items()
-    )

@@ -52,6 +52,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
+from carrierflex.diagnosis.inference.planning.results import RigLimits
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
@@ -79,9 +80,6 @@ from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.run_cases import RADIAL
 from carrierflex.simulation.laws import Law
 
-#: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
-#: cases.
-_RADIAL_LOAD = 200e3
 #: rho_s over rho_f for a rigid fit of the pins, and the error of a curve by its mesh.
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 #: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
@@ -485,7 +483,7 @@ def carrier_problem(
     _refuse_silent_channels(campaign.within_use())
     motion = off_orders(campaign)
     campaign = motion.campaign
-    rig = carrier_rig(campaign, curves)
+    rig = carrier_rig(campaign.rig, curves)
     known = known_physics(campaign)
     contained = tuple(campaign.baseline.effects)
     radial = tuple(RADIAL_MOTION.values()) if _has_radial(campaign) else ()
@@ -562,7 +560,7 @@ def _experiments(
     """Steps of torque, of radial load along z and y, and radial loads at low torque."""
     nominal = source.rig.nominal_torque
     size = source.largest_load
-    force = size if size > 1.0 else _RADIAL_LOAD
+    force = size if size > 1.0 else RigLimits().radial_load
     recorded = np.array([[mean_load(run, name) for name in _LOADS] for run in campaign.runs])
     recorded /= (nominal, force, force)
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import groups_within, in_a_row, inputs_of
+from carrierflex.diagnosis.carrier.records.sums import IN_MEMORY
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import Fault, PredictedRecord, WiringChecks, WiringRival
@@ -29,9 +30,6 @@ from carrierflex.simulation.laws import Law
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Bytes of all records with their prediction, and of columns that are in memory at once.
-_MOST_RECORDS = 300_000_000
-_MOST_COLUMNS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ class LinearBaseline:
         """Columns of every run, shape (C, q, n), without those of other runs' values."""
         sensors = [rim_sensor(channel) for channel in self.campaign.channels]
         n_columns = sum(map(_n_columns, self.effects))
-        most = _MOST_COLUMNS // (8 * n_columns * len(self.campaign.channels))
+        most = IN_MEMORY // (8 * n_columns * len(self.campaign.channels))
         for group in groups_within([run.time.size for run in runs], most):
             some = runs[group.start : group.stop]
             inputs = in_a_row([inputs_of(run) for run in some])
@@ -178,9 +176,9 @@ class LinearBaseline:
         """Why no record is beside its prediction (both would fill the memory), or empty."""
         channels, runs = self.campaign.channels, self.campaign.runs
         size = 16 * len(channels) * sum(run.time.size for run in runs)
-        if self.campaign.baseline.source != "model" or size <= _MOST_RECORDS:
+        if self.campaign.baseline.source != "model" or size <= 2 * IN_MEMORY:
             return ""
-        most = f"{_MOST_RECORDS / 1e6:.0f} MB"
+        most = f"{2 * IN_MEMORY / 1e6:.0f} MB"
         return f"records and prediction take {size / 1e6:.0f} MB, at most {most}"
 
     def predictions(self) -> tuple[PredictedRecord, ...]:
@@ -203,7 +201,7 @@ class LinearBaseline:
         # Columns of the run itself first.
         is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
         order = np.argsort(~is_of_run, kind="stable")
-        most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
+        most = IN_MEMORY // (8 * is_of_run.size * len(channels))
         # Delay and gain are of all samples: every second one of a long run tells them too.
         runs = [
             record.thinned(-(-record.time.size // max(most, 1)))

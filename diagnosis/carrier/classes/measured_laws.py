@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.classes.class_rows import (
     load_functions,
     shapes,
 )
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.carrier.records.sums import ROUNDING, CarrierSums
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
@@ -44,8 +44,6 @@ _RIPPLE = 0.02
 _TORQUE_POINTS = 65
 _TIME_POINTS = 33
 _LOAD_POINTS = 129
-#: Share of the largest amplitude below which one is rounding.
-_ROUNDING = 1e-9
 
 
 def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
@@ -176,7 +174,7 @@ def law_of_carrier_class(
         c = fitted.reshape(len(functions), -1) @ visited.weights[group]
         waves += _tabulated_waves(dependence, functions, c, columns, visited)
     largest = max((_size(wave) for wave in waves), default=0.0)
-    shown = tuple(wave for wave in waves if _size(wave) > _ROUNDING * largest)
+    shown = tuple(wave for wave in waves if _size(wave) > ROUNDING * largest)
     if not shown:
         return None
     rig = {"n_planets": visited.n_planets, "sensor_radius": visited.sensor_radius}

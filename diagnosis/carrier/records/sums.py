@@ -36,10 +36,9 @@ from carrierflex.identification.campaign.revolutions import whole_revolutions
 #: that stand far off first, so that the weights of the rest are small. What is a combination misses
 #: by rounding, 1e-13.
 _OFF_THE_OTHERS = (1e-2, 1e-4, 1e-6, 1e-8)
-#: Weights, columns of unit length, that are rounding.
-_ROUNDING = 1e-11
-#: Largest miss of a combination, over the largest value of its column in all runs.
-_LARGEST_MISS = 1e-10
+#: Share of the largest below which a weight of columns of unit length is rounding, and any other
+#: value, as the miss of a combination.
+_ROUNDING_OF_WEIGHTS, ROUNDING = 1e-11, 1e-10
 #: Samples at which the columns are compared, over all runs, and fewest of a run.
 _SAMPLES = 2000
 _FEWEST = 12
@@ -52,12 +51,13 @@ _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
 #: Bytes of the program itself and of what works on records and products: an estimate.
 _PROGRAM = 1_100_000_000
-#: Bytes of products up to which they stay in memory, beyond on disk.
-_IN_MEMORY = 150_000_000
+#: Bytes of products of one kind up to which they are in memory: beyond on disk, in fewer blocks, or
+#: for some runs.
+IN_MEMORY = 150_000_000
 #: Bytes of an array that is in memory at once: unpacked products, and those of a slice of the runs
 #: for a usual set of so many columns. Weights of a slice, their derivatives and what works on them
-#: are some four times as large. Bytes that are stored.
-_AT_ONCE, _STORED_BYTES = 50_000_000, 100_000_000
+#: are some four times as large.
+_AT_ONCE = 50_000_000
 _USUAL_COLUMNS = 40
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
@@ -82,7 +82,7 @@ class _ColumnBasis:
         rows = rows[:, np.isfinite(rows).all(axis=0)]
         missed = rows - self.weights[channel, :, : members.size] @ rows[members]
         largest = np.maximum(self.largest[channel], np.abs(rows).max(axis=1, initial=0.0))
-        limit = _LARGEST_MISS * largest
+        limit = ROUNDING * largest
         return bool((np.abs(missed).max(axis=1, initial=0.0) <= limit).all())
 
 
@@ -161,7 +161,9 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
         by_all = by_member.T[:, np.argsort(in_turn)]
         # Anew by those that count: what rounding makes of the others makes up for each other.
         others = np.flatnonzero(~np.isin(group, chosen))
-        counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
+        counts, of_row = np.unique(
+            np.abs(by_all[others]) >= _ROUNDING_OF_WEIGHTS, axis=0, return_inverse=True
+        )
         for pattern, used in enumerate(map(np.flatnonzero, counts)):
             rows_alike = group[others[of_row == pattern]]
             solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
@@ -361,7 +363,7 @@ def _filled(
         run_of_segment=run_of_segment,
         target=np.empty((*shape, index.size)),
         basis=basis,
-        products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), _IN_MEMORY),
+        products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
         orders=np.zeros((*of_turns, highest + 1), dtype=np.complex128),
         within=np.zeros((*of_turns, 2)),
@@ -426,6 +428,6 @@ class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray])
         if key not in self:
             self[key] = make()
         self.move_to_end(key)
-        while len(self) > 1 and sum(one.nbytes for one in self.values()) > _STORED_BYTES:
+        while len(self) > 1 and sum(one.nbytes for one in self.values()) > IN_MEMORY:
             self.popitem(last=False)
         return self[key]
