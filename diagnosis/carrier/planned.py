@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.model import (
     effect_rows,
     rows_at,
 )
-from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.carrier.problem import CarrierProblem, steady_run
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
     blocks_of_runs,
@@ -21,7 +21,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     mean_load,
     typical_speed,
 )
-from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.planning.plan import PlannedTable, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
@@ -80,7 +80,14 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
         runs=tuple(_blank(run, sensors) for run in runs),
     )
     additions = [
-        Addition(SENSOR, _sensor_text(sensor), once, (*channels, sensor.name), costs.sensor)
+        Addition(
+            SENSOR,
+            f"{'an axial' if sensor.quantity == AXIAL else 'a radial'} sensor at "
+            f"{np.rad2deg(sensor.angle or 0.0) % 360:.0f} deg",
+            once,
+            (*channels, sensor.name),
+            costs.sensor,
+        )
         for sensor in sensors
     ]
     for names in _sets_of_loads(loads):
@@ -177,11 +184,6 @@ def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
     return sensors
 
 
-def _sensor_text(channel: Channel) -> str:
-    words = "an axial" if channel.quantity == AXIAL else "a radial"
-    return f"{words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg"
-
-
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
     blank = {channel.name: np.zeros(run.time.size) for channel in channels}
     predictions = {**run.predictions, **blank} if run.predictions else {}
@@ -193,16 +195,9 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
     rate = max(float(rate), 36 * abs(load.speed) / (2.0 * np.pi))
     time = np.arange(round(seconds * rate) + 1) / rate
-    columns = {
-        "carrier_angle": load.speed * time,
-        "torque": np.full(time.size, load.torque),
-        "ntl_y": np.full(time.size, load.ntl_y),
-        "ntl_z": np.full(time.size, load.ntl_z),
-    }
-    inputs = {name: columns[name] for name in campaign.runs[0].inputs if name in columns}
-    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
-    predictions = blank if campaign.runs[0].predictions else {}
-    return Run(load.name, f"{load.name}.csv", load.text, time, inputs, blank, predictions)
+    loads = (load.torque, load.ntl_y, load.ntl_z)
+    run = steady_run(campaign, load.name, load.text, time, load.speed * time, loads)
+    return replace(run, predictions=run.signals) if campaign.runs[0].predictions else run
 
 
 def _speed(run: Run) -> float:
@@ -229,7 +224,7 @@ def carrier_planned_table(
     noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
     noise[:n_channels] = problem.noise
     contained = contained_channels(model)
-    of_run = _rows_of_load(model) if _has_no_recorded_load(problem.campaign) else 0
+    of_run = _rows_of_load(model, problem.campaign)
     n_columns = rows.size + of_run * n_runs
     products = []
     for r, run in enumerate(pool.within_use().runs):
@@ -254,10 +249,7 @@ def carrier_planned_table(
         Signature(*key, tuple(columns.tolist())) for key, columns in rows.variants.items()
     )
     sizes = np.ones(n_columns)
-    sizes[1 : rows.size] = [
-        *(unknown.scale for unknown in unknowns),
-        *_by_row(of_effects, scales, model),
-    ]
+    sizes[1 : 1 + base.size] = [unknown.scale for unknown in unknowns]
     precision = [
         (unknown.scale / unknown.prior_std) ** 2 if unknown.is_free else np.inf
         for unknown in unknowns
@@ -266,9 +258,11 @@ def carrier_planned_table(
     of_curves = [k for k, unknown in enumerate(unknowns) if unknown.effect == CURVE_ERROR]
     bound[[1 + k for k in of_curves]] = [unknowns[k].upper / unknowns[k].scale for k in of_curves]
     for signature in of_effects:
+        columns, last = list(signature.columns), model.effects[signature.effect].parameters[-1]
+        change = 0.0 if last.absent_at is None else abs(signature.variant[0] - last.absent_at)
+        sizes[columns] = np.array(scales[signature.effect]) / (change or 1.0)
         if body_of_effect(signature.effect):
-            (change,) = model.effects[signature.effect].parameters
-            bound[list(signature.columns)] = change.upper / change.scale
+            bound[columns] = last.upper / last.scale
     return PlannedTable(
         grams * np.outer(sizes, sizes),
         base.size,
@@ -288,14 +282,11 @@ def carrier_planned_table(
     )
 
 
-def _has_no_recorded_load(campaign: Campaign) -> bool:
-    """Whether the rig may have a radial load and no run has one on record."""
+def _rows_of_load(model: CarrierModel, campaign: Campaign) -> int:
+    """Columns of a run for a radial load along y and z that no run of a rig has on record."""
     is_possible = "ntl_y" in campaign.contract.inputs
-    return is_possible and not any(run.inputs[name].any() for run in campaign.runs for name in _NTL)
-
-
-def _rows_of_load(model: CarrierModel) -> int:
-    """Columns of a run for a radial load along y and along z."""
+    if not is_possible or any(run.inputs[name].any() for run in campaign.runs for name in _NTL):
+        return 0
     return len(_NTL) * sum(len(model.effects[name].parameters) for name in _FOLLOW_LOAD)
 
 
@@ -351,7 +342,9 @@ def _scales(
         choice = {**contained, name: 0} if one else contained
         sizes = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
         scales[name] = [p.scale for p in sizes]
-        first[name] = replace(sizes[0], name=_published(sizes[0], one))
+        published = sizes[0].name.rpartition("_")[0] if one else sizes[0].name
+        pair = sizes[0].pair
+        first[name] = replace(sizes[0], name=published if pair is None else pair.size)
         nearest = _nearest_change(model, name)
         if nearest:
             shape = model.effects[name].parameters[-1]
@@ -367,19 +360,3 @@ def _nearest_change(model: CarrierModel, effect: str) -> float:
         return 0.0
     changes = np.abs(np.array(model.source.shape_nodes(model.effects[effect])) - absent)
     return float(changes[changes > 0.0].min())
-
-
-def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
-    if parameter.pair is not None:
-        return parameter.pair.size
-    return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
-
-
-def _by_row(
-    signatures: Sequence[Signature], scales: Mapping[str, list[float]], model: CarrierModel
-) -> Iterator[float]:
-    """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
-    for signature in signatures:
-        absent = model.effects[signature.effect].parameters[-1].absent_at
-        change = 1.0 if absent is None else abs(signature.variant[0] - absent)
-        yield from (scale / (change or 1.0) for scale in scales[signature.effect])

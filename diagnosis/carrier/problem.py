@@ -3,7 +3,7 @@
 Its library, and everything else as algebra on sums over the records.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property, partial
 from typing import Any, Self
@@ -33,6 +33,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     accumulated_sums,
+    normal_sums,
     segment_squares,
 )
 from carrierflex.diagnosis.carrier.wiring import LinearBaseline
@@ -45,6 +46,7 @@ from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
+    IntArray,
     Parameter,
     Segment,
     SegmentSums,
@@ -256,37 +258,38 @@ class CarrierProblem(ComparisonProblem):
         self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
     ) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        square = np.zeros(len(self.segments))
         of_slices = []
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            segments = self.records.segments_of(runs)
-            of_segment = table.unknowns[self.records.run_in_slice(runs)]
+        for table, run, some, gram in self._slices(effects, theta, chosen):
+            of_segment = table.unknowns[run]
             matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
-            some = np.flatnonzero(chosen[segments])
-            run = self.records.run_in_slice(runs)[some]
-            gram = self.records.gram_of_slice(table.columns, runs)[some]
-            residual, slopes = table.residual[run], table.slopes[run]
-            products = slopes @ gram
-            matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
-            right_side = np.zeros(of_segment.shape)
-            right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
-            square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
-            of_slices.append((matrix, right_side, of_segment))
-        matrix, right_side, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
+            right_side, square = np.zeros(of_segment.shape), np.zeros(run.size)
+            residual, slopes = table.residual[run[some]], table.slopes[run[some]]
+            matrix[some], right_side[some] = normal_sums(slopes, gram, residual)
+            square[some] = segment_squares(residual, gram).sum(axis=1)
+            of_slices.append((matrix, right_side, square, of_segment))
+        matrix, right_side, square, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
         return SegmentSums(matrix, right_side, square, unknowns, theta.size)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
         result = np.zeros(self.records.counts.shape)
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            segments = self.records.segments_of(runs)
-            some = np.flatnonzero(chosen[segments])
-            gram = self.records.gram_of_slice(table.columns, runs)[some]
-            residual = table.residual[self.records.run_in_slice(runs)[some]]
-            result[segments.start + some] = segment_squares(residual, gram)
+        result[chosen] = np.concatenate(
+            [
+                segment_squares(table.residual[run[some]], gram)
+                for table, run, some, gram in self._slices(effects, theta, chosen)
+            ]
+        )
         return result
+
+    def _slices(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray
+    ) -> Iterator[tuple[WeightTable, IntArray, IntArray, FloatArray]]:
+        """Weights, run of each segment, numbers and products of the chosen ones, by slice."""
+        for runs in self.records.slices:
+            table = self.model.weights(effects, self._choice(effects), theta, runs)
+            some = np.flatnonzero(chosen[self.records.segments_of(runs)])
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
+            yield table, self.records.run_in_slice(runs), some, gram
 
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
         """Lines and bands off the orders."""
@@ -383,9 +386,6 @@ class CarrierProblem(ComparisonProblem):
     def _residuals(self) -> ModelResiduals:
         return ModelResiduals(self.campaign, self.model, self.records, self._choice)
 
-    def _weights(self, effects: Effects, theta: FloatArray, runs: slice) -> WeightTable:
-        return self.model.weights(effects, self._choice(effects), theta, runs)
-
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
         """Channel of every effect of one sensor, kept once it is found."""
@@ -445,9 +445,7 @@ class CarrierProblem(ComparisonProblem):
             table = self.model.weights(effects, choice, theta, runs)
             gram = self.records.gram_of_runs(table.columns, runs)
             residual, unknowns = table.residual, table.unknowns
-            products = table.slopes @ gram
-            of_runs = (products @ np.swapaxes(table.slopes, 2, 3)).sum(axis=1)
-            right_of_runs = (products @ residual[..., None])[..., 0].sum(axis=1)
+            of_runs, right_of_runs = normal_sums(table.slopes, gram, residual)
             np.add.at(matrix, (unknowns[:, :, None], unknowns[:, None, :]), of_runs)
             np.add.at(right, unknowns, right_of_runs)
             square += float(((gram @ residual[..., None])[..., 0] * residual).sum())
@@ -610,18 +608,30 @@ def _steady_runs(
     campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...]
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
-    channels = (*campaign.channels, *added)
-    n = _REVOLUTIONS * _SAMPLES + 1
-    angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
-    blank = {channel.name: np.zeros(n) for channel in channels}
-    runs = []
-    for k, load in enumerate(loads, start=1):
-        columns = {"carrier_angle": angle}
-        columns |= {name: np.full(n, one) for name, one in zip(_LOADS, load, strict=True)}
-        inputs = {name: one for name, one in columns.items() if name in campaign.contract.inputs}
-        runs.append(Run(f"step {k}", f"step{k}.csv", f"step {k}", angle / speed, inputs, blank))
     baseline = replace(campaign.baseline, source="model")
-    return replace(campaign, channels=channels, runs=tuple(runs), baseline=baseline)
+    campaign = replace(campaign, channels=(*campaign.channels, *added), baseline=baseline)
+    angle = 2.0 * np.pi * np.arange(_REVOLUTIONS * _SAMPLES + 1) / _SAMPLES
+    runs = [
+        steady_run(campaign, f"step {k}", f"step {k}", angle / speed, angle, load)
+        for k, load in enumerate(loads, start=1)
+    ]
+    return replace(campaign, runs=tuple(runs))
+
+
+def steady_run(
+    campaign: Campaign,
+    name: str,
+    condition: str,
+    time: FloatArray,
+    angle: FloatArray,
+    loads: Sequence[float],
+) -> Run:
+    """Run under constant torque and radial load along y and z; its signals are blank."""
+    columns = {one: np.full(time.size, value) for one, value in zip(_LOADS, loads, strict=True)}
+    columns["carrier_angle"] = angle
+    inputs = {one: columns[one] for one in campaign.contract.inputs if one in columns}
+    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
+    return Run(name, f"{name}.csv", condition, time, inputs, blank)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:

@@ -246,11 +246,6 @@ class RunColumns:
     source: ColumnSource  # Effects, rig and typical speed
 
     @cached_property
-    def revolutions(self) -> tuple[IntArray, ...]:
-        """Samples of every whole revolution."""
-        return whole_revolutions(self.run).samples
-
-    @cached_property
     def inputs(self) -> CarrierInputs:
         """Inputs of the whole run."""
         return inputs_of(self.run)
@@ -387,9 +382,10 @@ def blocks_of_runs(
         columns = {r: RunColumns(runs[r], source) for r in group}
         blocks = []
         for r, run in columns.items():
-            n = len(run.revolutions)
+            samples = whole_revolutions(run.run).samples
+            n = len(samples)
             for turns in np.array_split(np.arange(n), min(most_blocks, n)):
-                revolutions = [run.revolutions[k] for k in turns]
+                revolutions = [samples[k] for k in turns]
                 blocks.append((r, number, slice(turn, turn + turns.size), revolutions))
                 number += 1
                 turn += turns.size

@@ -330,12 +330,16 @@ def accumulated_sums(
         if sums is not None:
             break
     assert sums is not None
-    segments = []
-    for p, r in enumerate(sums.run_of_segment.tolist()):
-        block = p - int(np.argmax(sums.run_of_segment == r))
-        n_samples = int(sums.counts[p].sum())
-        segments.append(Segment(runs[r].name, runs[r].condition, block, n_samples))
-    return replace(sums, segments=tuple(segments))
+    number = np.arange(len(sums.run_of_segment))
+    block = number - np.searchsorted(sums.run_of_segment, sums.run_of_segment)
+    columns = (sums.run_of_segment, block, sums.counts.sum(axis=1))
+    return replace(
+        sums,
+        segments=tuple(
+            Segment(runs[r].name, runs[r].condition, k, n_samples)
+            for r, k, n_samples in zip(*(one.tolist() for one in columns), strict=True)
+        ),
+    )
 
 
 def _filled(
@@ -409,6 +413,15 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     n_columns = index.flexible.start
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
     return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
+
+
+def normal_sums(
+    slopes: FloatArray, gram: FloatArray, residual: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """``J.T J`` and ``J.T r`` over the channels, by segment or run."""
+    products = slopes @ gram
+    matrix = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
+    return matrix, (products @ residual[..., None])[..., 0].sum(axis=1)
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
