@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.gap_components import (
     components_of,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
+from carrierflex.diagnosis.carrier.records.columns import mean_speed
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
@@ -91,12 +92,10 @@ class CarrierGap:
         """Mean torque, radial load and speed of every run, sizes."""
         sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
         for r, run in enumerate(self.campaign.runs):
-            torque, y, z = self.records.loads[self.records.run_of_revolution == r].mean(axis=0)
-            angle = run.inputs["carrier_angle"]
-            speed = (angle[-1] - angle[0]) / (run.time[-1] - run.time[0])
+            torque, y, z = self.records.mean_loads[r]
             sizes[TORQUE][run.name] = abs(float(torque))
             sizes[RADIAL_LOAD][run.name] = float(np.hypot(y, z))
-            sizes[SPEED][run.name] = abs(float(speed))
+            sizes[SPEED][run.name] = abs(mean_speed(run))
         return sizes
 
     def findings(self) -> GapFindings:

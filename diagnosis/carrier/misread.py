@@ -49,15 +49,6 @@ _SAMPLES_PER_TURN = 72
 
 
 @dataclass(frozen=True, eq=False)
-class _Scores:
-    """``J.T x`` by channel, shape (C, p)."""
-
-    residual: FloatArray  # x is what the fit leaves
-    prediction: FloatArray  # x is what it predicts before gain and zero of a sensor
-    constant: FloatArray  # x is one
-
-
-@dataclass(frozen=True, eq=False)
 class CarrierReading:
     """A fitted set of effects, whose records may be misread."""
 
@@ -72,20 +63,20 @@ class CarrierReading:
         errors = declared_errors(self.model.known)
         model = self.model.of_set(self.effects)
         as_read = cache(lambda: self._scores(self.campaign, model))
-        moved = cache(lambda quantity: self._scores(self._moved(errors, quantity), model).residual)
+        moved = cache(lambda quantity: self._scores(self._moved(errors, quantity), model)[0])
         scores = []
         for error in errors:
             quantity, channel = error.quantity, error.channel
             if channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
-                made = self._scores(replace(self.campaign, runs=runs), model).residual
-                change = (made - as_read().residual).sum(axis=0)
+                made = self._scores(replace(self.campaign, runs=runs), model)
+                change = (made - as_read())[0].sum(axis=0)
             elif quantity is Measurement.GAIN:
-                change = error.std * as_read().prediction[channel]
+                change = error.std * as_read()[1, channel]
             elif quantity is Measurement.ZERO:
-                change = error.std * as_read().constant[channel]
+                change = error.std * as_read()[2, channel]
             else:
-                change = moved(quantity)[channel] - as_read().residual[channel]
+                change = moved(quantity)[channel] - as_read()[0, channel]
             scores.append(change)
         scores += [change.sum(axis=0) for change in self._of_curves(model)]
         table = np.array(scores).reshape(len(scores), self.theta.size)
@@ -132,12 +123,16 @@ class CarrierReading:
         fewest = min(samples.size for of_run in turns for samples in of_run)
         every = max(1, fewest // _SAMPLES_PER_TURN)
         campaign = self.campaign.thinned(every)
-        as_read = self._scores(campaign, model).residual
+        as_read = self._scores(campaign, model)
         for other in others:
-            yield every * (self._scores(campaign, replace(model, source=other)).residual - as_read)
+            made = self._scores(campaign, replace(model, source=other))
+            yield every * (made - as_read)[0]
 
-    def _scores(self, campaign: Campaign, model: CarrierModel) -> _Scores:
-        """Scores over the records of a campaign with the columns of a model."""
+    def _scores(self, campaign: Campaign, model: CarrierModel) -> FloatArray:
+        """``J.T x`` by channel over the records of a campaign, shape (3, C, p).
+
+        x is what the fit leaves, what it predicts before gain and zero of a sensor, and one.
+        """
         of_reading = [
             model.effects[p.effect].measurement in (Measurement.GAIN, Measurement.ZERO)
             for p in model.parameters(self.effects, self.choice)
@@ -150,7 +145,7 @@ class CarrierReading:
             weights = np.array([table.residual[0, c], without_reading.values[0, c]])
             x = np.vstack([weights @ rows, np.ones(rows.shape[1])])
             scores[:, c, table.unknowns[0]] += (x @ rows.T) @ table.slopes[0, c].T
-        return _Scores(*scores)
+        return scores
 
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:

@@ -261,7 +261,7 @@ class CarrierModel:
     ) -> list[_WeightedColumn]:
         """Terms of the prediction of another simulator and of every effect that adds a signal."""
         terms = []
-        if self.index.has_prediction:
+        if (PREDICTION, 0, PLAIN, 0) in self.index:
             column = self.index.of(PREDICTION)
             terms.append(_WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
         for name, unknown in first.items():

@@ -28,8 +28,8 @@ _DRIFT = 6
 _MOST_SAMPLES, _MOST_SEARCHED = 60_000, 240_000
 #: Change of a load over its size that lets the orders follow it.
 _CHANGES = 1e-4
-#: Directions of the shared columns below this share of the largest are rounding.
-_ALIKE = 1e-6
+#: Directions of columns below this share of the largest are rounding.
+_ALIKE = 1e-8
 #: Lines of the spectrum for each line that the longest record resolves.
 _FINER = 4
 #: Resolved lines off the orders that stand for the surroundings of one, and the factor by which
@@ -202,8 +202,10 @@ def _run_off_orders(
     angle = run.inputs["carrier_angle"]
     turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
     group = -(-int(present.sum()) // _MOST_SAMPLES) or 1
-    time, turns, phase_angle, *quantities = (
-        _averaged(row[present], group) for row in (run.time, turns, angle, *_followed(run, angle))
+    loads = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
+    rows = (run.time, turns, angle, np.gradient(angle, run.time), *loads)
+    time, turns, phase_angle, speed, torque, *radial = (
+        _averaged(row[present], group) for row in rows
     )
     n_waves = 2 * followed_orders + 1
     n_samples = time.size
@@ -212,7 +214,9 @@ def _run_off_orders(
     if fewest < 1.0:
         return None
     waves = _order_waves(2.0 * np.pi * turns, followed_orders)
-    followed = [np.ones(n_samples), *(row for row in map(_centred, quantities) if row.any())]
+    # The most usual first.
+    quantities = map(_centred, (torque, time, speed, *radial))
+    followed = [np.ones(n_samples), *(row for row in quantities if row.any())]
     # A drift of the offset is slower than any line that is looked for.
     along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     drift = np.polynomial.legendre.legvander(along, _DRIFT)[:, 1:]
@@ -225,9 +229,8 @@ def _run_off_orders(
     off_orders = RunOffOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
     shared = _order_waves(phase_angle, followed_orders)
     # Torque and radial load about their means, in their units, torque first.
-    named = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
-    loads = [_averaged(row[present], group) for row in named]
-    return off_orders, [shared * (_centred(row) * float(np.std(row)))[:, None] for row in loads]
+    of_loads = [_centred(row) * float(np.std(row)) for row in (torque, *radial)]
+    return off_orders, [shared * row[:, None] for row in of_loads]
 
 
 def _order_waves(angle: FloatArray, highest: int) -> FloatArray:
@@ -240,13 +243,6 @@ def _averaged(values: FloatArray, group: int) -> FloatArray:
     """Means of groups of neighbours."""
     groups = values[: values.size // group * group]
     return np.asarray(groups.reshape(-1, group).mean(axis=1), dtype=np.float64)
-
-
-def _followed(run: Run, angle: FloatArray) -> list[FloatArray]:
-    """What the orders may follow beside a constant, the most usual first."""
-    speed = np.gradient(angle, run.time)
-    loads = [run.inputs[name] for name in ("ntl_y", "ntl_z") if name in run.inputs]
-    return [run.inputs["torque"], run.time, speed, *loads]
 
 
 def _centred(values: FloatArray) -> FloatArray:
@@ -358,8 +354,8 @@ def off_orders(campaign: Campaign) -> OffOrders:
     What follows looks at the records without the lines that are found: at the orders, and at a
     noise that no line is part of.
     """
-    numbers, every = _searched(campaign), range(len(campaign.runs))
-    made = list(_runs_off_orders(campaign, numbers))
+    n_runs = len(campaign.runs)
+    made = list(_runs_off_orders(campaign, _searched(campaign)))
     without_shared = _without_shared(made)
     runs = tuple(without_shared(*one) for one in made)
     speeds = {run.name: run.speed for run in runs}
@@ -373,10 +369,8 @@ def off_orders(campaign: Campaign) -> OffOrders:
     repeating, shares = _repeating(runs, chosen, speeds)
     if not repeating:
         return OffOrders(campaign, speeds, (), ())
-    all_runs: Iterable[RunOffOrders] = runs
-    if len(numbers) < len(every):
-        all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, every))
-    # Lines that stay are fitted anew without the others.
+    # Lines that stay are fitted anew without the others, to all runs.
+    all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, range(n_runs)))
     fitted, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
     in_turn = iter(fitted)
     lines = tuple(tuple(islice(in_turn, len(band))) for band in repeating)
@@ -457,7 +451,7 @@ def _refined(runs: Sequence[RunOffOrders], line: _Line, resolution: float) -> tu
 
 def _solved(waves: FloatArray, values: FloatArray) -> FloatArray:
     """Sizes of the waves in every channel, shape (2 n_lines, C)."""
-    return np.asarray(np.linalg.lstsq(waves, values.T, rcond=1e-8)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(waves, values.T, rcond=_ALIKE)[0], dtype=np.float64)
 
 
 def _fitted_lines(

@@ -19,6 +19,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     columns_of_campaign,
     largest_load,
     mean_load,
+    mean_speed,
     typical_speed,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -108,7 +109,7 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
 def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     """Loads that no planned run has."""
     nominal = float(campaign.rig["nominal_torque"])
-    speed = max(map(_speed, campaign.runs), key=abs)
+    speed = max(map(mean_speed, campaign.runs), key=abs)
     has_radial = "ntl_y" in campaign.contract.inputs
     full = min(nominal, limits.torque)
     loads = [
@@ -129,7 +130,7 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
     planned = np.array(
         [
-            [*(mean_load(run, name) for name in ("torque", *_NTL)), _speed(run)]
+            [*(mean_load(run, name) for name in ("torque", *_NTL)), mean_speed(run)]
             for run in campaign.runs
         ]
     )
@@ -198,11 +199,6 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     loads = (load.torque, load.ntl_y, load.ntl_z)
     run = steady_run(campaign, load.name, load.text, time, load.speed * time, loads)
     return replace(run, predictions=run.signals) if campaign.runs[0].predictions else run
-
-
-def _speed(run: Run) -> float:
-    angle = run.inputs["carrier_angle"]
-    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
 
 
 def carrier_planned_table(

@@ -674,13 +674,10 @@ def _scatter(records: CarrierSums) -> FloatArray:
     weight = np.where(np.arange(target.shape[2]) == 0, 1.0, 0.5)
     change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)
     fitted = 2.0 * target.shape[2] - 1.0
-    result = np.full(target.shape[1], np.nan)
-    for c, (square, degrees) in enumerate(records.within.sum(axis=0)):
-        if degrees <= 0.0:
-            continue
-        result[c] = square / degrees
-        complete = np.isfinite(change[:, c])
-        if complete.any():
-            n = degrees / np.count_nonzero(records.within[:, c, 1] > 0.0) + fitted
-            result[c] = (square / degrees) * (n - fitted) / n + change[complete, c].mean()
-    return result
+    square, degrees = records.within.sum(axis=0).T
+    white = square / np.where(degrees > 0.0, degrees, np.nan)
+    n = degrees / np.maximum(np.count_nonzero(records.within[..., 1], axis=0), 1) + fitted
+    complete = np.isfinite(change)
+    n_changes = np.count_nonzero(complete, axis=0)
+    mean_change = np.where(complete, change, 0.0).sum(axis=0) / np.maximum(n_changes, 1)
+    return np.where(n_changes > 0, white * (n - fitted) / n + mean_change, white)

@@ -99,14 +99,11 @@ CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
 CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
 _SENSOR_EFFECTS = {law: shape for law, shape in CLASS_OF_LAW.items() if law.startswith("sensor_")}
-#: Blocks of a run, and of all runs together, that the table keeps, and folds of blocks where
-#: conditions are few.
+#: Blocks of a run that the table keeps, and folds of blocks where conditions are few.
 _BLOCKS_A_RUN = 4
-_MOST_BLOCKS = 96
-#: Blocks that are enough to tell how far a score varies from one to the next.
+#: Blocks that are enough to tell how far a score varies from one to the next; four times as many
+#: where memory holds their products.
 _FEWEST_BLOCKS = 24
-#: Fewer torques leave open what a class follows.
-_FEWEST_TORQUES = 3
 _TORQUES_NOTE = "fewer than three torques: what a class follows cannot be determined"
 _OFFSET_NOTE = "the offset of every run is fitted to it: whether one is missing is not compared"
 #: The folds choose from penalties down to none, for gaps of hundreds of floors.
@@ -137,8 +134,7 @@ def carrier_class_table(
         return None
     source = model.source
     scale = np.array([source.rig.nominal_torque, source.largest_load, source.largest_load])
-    runs = range(len(model.runs))
-    means = np.array([records.loads[records.run_of_revolution == r].mean(axis=0) for r in runs])
+    means = records.mean_loads
     n_torques = torque_levels(means[:, 0] / scale[0])
     of_all_runs = tuple(name for name in candidates if not model.effects[name].per_run)
     effects = effect_rows(model, of_all_runs, base)
@@ -152,7 +148,7 @@ def carrier_class_table(
     conditions = [records.segments[p].condition for p in first.tolist()]
     # Without the condition of one of two torques nothing tells what follows torque from what does
     # not: only amplitudes at the torques that were fitted can be predicted.
-    has_torques = n_torques >= _FEWEST_TORQUES
+    has_torques = n_torques >= FEWEST_CONDITIONS
     has_conditions = has_torques and len(set(conditions)) >= FEWEST_CONDITIONS
     run = records.run_of_segment[first]
     if has_conditions:
@@ -259,7 +255,8 @@ def _block_of_each_segment(records: CarrierSums, n_columns: int) -> IntArray:
     """Block of the table of every segment, numbered as they come; as many as memory holds."""
     n_runs = int(records.run_of_segment.max()) + 1
     bytes_of_block = n_columns**2 * np.dtype(float).itemsize
-    n_blocks = int(np.clip(IN_MEMORY // bytes_of_block, _FEWEST_BLOCKS, _MOST_BLOCKS))
+    most = _BLOCKS_A_RUN * _FEWEST_BLOCKS
+    n_blocks = int(np.clip(IN_MEMORY // bytes_of_block, _FEWEST_BLOCKS, most))
     if n_runs > n_blocks:
         return _numbered(_blocks_of_runs(records, n_runs, n_blocks)[records.run_of_segment])
     most = max(1, min(_BLOCKS_A_RUN, n_blocks // n_runs))
@@ -354,7 +351,7 @@ def _products(
         products = records.products_of_basis(segments, first)
         for channel in range(len(model.channels)):
             numbers, of_effects = rows_at(rows.effects.groups, run, channel, n_columns)
-            weights = np.zeros((size, records.index.size))
+            weights = np.zeros((size, len(records.index)))
             weights[rows.of_row[numbers], :n_columns] = of_effects
             weights[waves, n_columns:] = of_classes[:, channel]
             by_basis = records.by_basis(channel, weights)

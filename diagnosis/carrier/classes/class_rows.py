@@ -7,7 +7,7 @@ columns of the flexible model, each times a constant of the run, carry it.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import count, product
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     N_TIME_COLUMNS,
     SAME_CONDITION,
     TORQUE,
+    FlexibleTerm,
     flexible_terms,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -58,7 +59,7 @@ _BENDS = (0.15, 0.45)
 _STEP = 1e-4
 _AXIAL = "axial_displacement"
 #: Number of a wave times a load among the columns of the flexible model.
-_Numbers = Mapping[tuple[int, bool, str], int]
+_Numbers = Mapping[FlexibleTerm, int]
 UNDETERMINED = "undetermined"
 #: Columns of a pattern from the quantities of the sensors and the number of planets.
 _ColumnsOf = Callable[[Sequence[str], int], Columns]
@@ -327,10 +328,8 @@ def class_rows(
                 weights,
             )
     is_axial = [float(channel.quantity == _AXIAL) for channel in channels]
-    numbers = {
-        (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
-        for k, term in enumerate(flexible_terms(rig.n_planets))
-    }
+    terms = flexible_terms(rig.n_planets)
+    numbers = dict(zip(terms, count(N_TIME_COLUMNS), strict=False))
     return ClassRows(groups, np.array(is_axial), numbers, means)
 
 

@@ -70,20 +70,14 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ...]:
     """Effects of measured laws: one parameter, the size, one where the shape is as measured."""
+    effects = []
     for law in laws:
         refuse_other_rig(law, int(campaign.rig["n_planets"]), float(campaign.rig["sensor_radius"]))
-    return tuple(map(_effect_of, laws))
-
-
-def _effect_of(law: Law) -> Effect:
-    follows = " and ".join(way.replace("_", " ") for way in _followed(law))
-    return Effect(
-        law.name,
-        equation=f"size x measured tables of {law.effect_class}, which follows {follows}",
-        parameters=(SIZE,),
-        signature="that of its tables",
-        pattern=partial(_signals, law),
-    )
+        follows = " and ".join(way.replace("_", " ") for way in _followed(law))
+        equation = f"size x measured tables of {law.effect_class}, which follows {follows}"
+        pattern = partial(_signals, law)
+        effects.append(Effect(law.name, equation, (SIZE,), "that of its tables", pattern))
+    return tuple(effects)
 
 
 def _followed(law: Law) -> tuple[str, ...]:

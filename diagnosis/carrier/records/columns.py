@@ -10,7 +10,7 @@ of the signal. No more columns are in memory at once than a chunk holds.
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import product
+from itertools import count, product
 
 import numpy as np
 
@@ -64,43 +64,22 @@ _INPUTS = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
 _CHUNK = 20_000
 
 
-@dataclass(frozen=True)
-class FlexibleTerm:
-    """One column of the flexible residual model: cosine or sine of an order, times a load.
-
-    Torque is over the nominal torque, radial loads over the largest radial load.
-    """
-
-    order: int
-    is_sine: bool
-    load: str
+#: One column of the flexible residual model: cosine or, if that is true, sine of an order, times a
+#: load. Torque is over the nominal torque, radial loads over the largest radial load.
+FlexibleTerm = tuple[int, bool, str]
 
 
-@dataclass(frozen=True, eq=False)
-class ColumnIndex:
-    """Numbers of the columns."""
-
-    #: Number of each column by ``(effect, number of its parameter, node family, node)``
-    numbers: Mapping[Key, int]
+class ColumnIndex(dict[Key, int]):
+    """Number of each column by ``(effect, number of its parameter, node family, node)``."""
 
     def of(self, effect: str, parameter: int = 0, family: str = PLAIN, node: int = 0) -> int:
         """Number of one column."""
-        return self.numbers[effect, parameter, family, node]
-
-    @property
-    def has_prediction(self) -> bool:
-        """Whether the record holds another simulator's prediction."""
-        return (PREDICTION, 0, PLAIN, 0) in self.numbers
+        return self[effect, parameter, family, node]
 
     @property
     def flexible(self) -> slice:
         """Numbers of the features of the flexible residual model."""
-        return slice(self.numbers[FLEXIBLE, 0, PLAIN, 0], self.size)
-
-    @property
-    def size(self) -> int:
-        """Number of columns."""
-        return len(self.numbers)
+        return slice(self.of(FLEXIBLE), len(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,10 +150,9 @@ class ColumnSource:
         terms = flexible_terms(self.rig.n_planets)
         waves = {
             (order, is_sine): (np.sin if is_sine else np.cos)(order * inputs.carrier_angle)
-            for order, is_sine in {(term.order, term.is_sine): None for term in terms}
+            for order, is_sine in dict.fromkeys(term[:2] for term in terms)
         }
-        rows = [u, u**2]
-        rows += [waves[term.order, term.is_sine] * quantity[term.load] for term in terms]
+        rows = [u, u**2, *(waves[term[:2]] * quantity[term[2]] for term in terms)]
         return np.array(rows)
 
 
@@ -201,7 +179,7 @@ def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
         if order <= _FORCED_ORDERS:
             loads += [FORCE_Y, FORCE_Z]
         waves = (False, True) if order else (False,)
-        terms += [FlexibleTerm(order, is_sine, load) for is_sine in waves for load in loads]
+        terms += [(order, is_sine, load) for is_sine in waves for load in loads]
     return tuple(terms)
 
 
@@ -231,6 +209,12 @@ def largest_load(campaign: Campaign) -> float:
 
 #: Difference of loads, or of speed, over the largest, that is the same condition.
 SAME_CONDITION = 0.05
+
+
+def mean_speed(run: Run) -> float:
+    """Mean speed of the carrier over a run [rad/s]."""
+    angle = run.inputs["carrier_angle"]
+    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
 
 
 def mean_load(run: Run, name: str) -> float:
@@ -414,7 +398,7 @@ def _made_together(
     fits: list[dict[int, OrderFit]] = [{} for _ in blocks]
     for c, channel in enumerate(channels):
         rows = made.rows(channel)
-        index = ColumnIndex({key: number for number, key in enumerate(rows)})
+        index = ColumnIndex(zip(rows, count(), strict=False))
         table = np.array(list(rows.values()))
         del rows  # as large as the table
         is_complete = np.isfinite(table).all(axis=0)
@@ -475,7 +459,7 @@ def inputs_of(run: Run) -> CarrierInputs:
 def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> ColumnIndex:
     """Numbers of the columns, from one sample of a run."""
     rows = SampleColumns([(RunColumns(run, source), np.arange(1))]).rows(channel)
-    return ColumnIndex({key: number for number, key in enumerate(rows)})
+    return ColumnIndex(zip(rows, count(), strict=False))
 
 
 def inputs_at(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:

@@ -203,10 +203,11 @@ class CarrierSums:
         """Without the products that are stored."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the products."""
-        return self.target.nbytes + self.products.nbytes
+    @cached_property
+    def mean_loads(self) -> FloatArray:
+        """Mean loads of every run, shape (n_runs, 3)."""
+        runs = np.unique(self.run_of_revolution)
+        return np.array([self.loads[self.run_of_revolution == r].mean(axis=0) for r in runs])
 
     def gram(self, columns: IntArray, segments: slice = slice(None)) -> FloatArray:
         """Products of some columns, the target first, shape (P, C, u, u), of some segments."""
@@ -324,7 +325,7 @@ def accumulated_sums(
     n_channels = len(campaign.channels)
     basis = _column_basis(runs, campaign.channels, source)
     # Columns may be combinations where they were looked at, and none elsewhere.
-    for one in (basis, _every_column(index.size - 1, n_channels)):
+    for one in (basis, _every_column(len(index) - 1, n_channels)):
         n_blocks = _blocks_a_run(campaign, index if like is None else like.index, one.size)
         sums = _filled(campaign, source, index, one, n_blocks)
         if sums is not None:
@@ -365,7 +366,7 @@ def _filled(
         index=index,
         segments=(),
         run_of_segment=run_of_segment,
-        target=np.empty((*shape, index.size)),
+        target=np.empty((*shape, len(index))),
         basis=basis,
         products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
@@ -400,7 +401,7 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
     records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
-    n_stored = n_basis * (n_basis + 1) // 2 + index.size
+    n_stored = n_basis * (n_basis + 1) // 2 + len(index)
     # Lines beside the orders are taken out of a copy of the records.
     needed = _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored
     if needed > _MOST_MEMORY:

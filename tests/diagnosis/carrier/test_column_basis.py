@@ -18,7 +18,7 @@ from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign,
 
 def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     problem = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
-    every = np.arange(problem.records.index.size)
+    every = np.arange(len(problem.records.index))
     assert problem.records.basis.size < 0.6 * every.size
 
     def no_basis(runs, channels, source):
@@ -26,7 +26,7 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
 
     monkeypatch.setattr(sums, "_column_basis", no_basis)
     plain = accumulated_sums(problem.campaign, problem.model.source)
-    assert plain.nbytes > 2 * problem.records.nbytes
+    assert plain.products.nbytes > 2 * problem.records.products.nbytes
     result, expected = problem.records.gram(every), plain.gram(every)
     length = np.sqrt(np.diagonal(expected, axis1=2, axis2=3))
     # Columns of effects are zero where their load is; those of the flexible model but for rounding.
