@@ -1,13 +1,9 @@
-"""What models of a carrier leave: order amplitudes, mean turns, and polar plots for the report."""
+"""What models of a carrier leave over one turn: overlays and polar plots for the report."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -19,7 +15,6 @@ from carrierflex.diagnosis.comparison.overlay import (
 )
 from carrierflex.diagnosis.comparison.problem import ComplexArray, Effects, FloatArray, IntArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
-from carrierflex.identification.campaign.campaign import Campaign
 
 #: Angles of one turn [rad].
 _TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -34,74 +29,20 @@ _NUMBER_WORDS = ("three", "four", "five", "six", "seven", "eight")
 _MOST_PANELS = 6
 
 
-@dataclass(frozen=True, eq=False)
-class ModelResiduals:
-    """Residuals of models by shaft order, and their mean turns."""
-
-    campaign: Campaign  # Records
-    model: CarrierModel  # Columns, runs and channels
-    records: CarrierSums  # Order amplitudes of the measured signals
-    choice: Callable[[Effects], Choice]  # Channel of every effect of one sensor of a set
-
-    def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
-
-        The last two are cached: map, findings, scalars and overlays are of two models.
-        """
-        return self._cached(effects, tuple(theta.tolist()))
-
-    @cached_property
-    def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        return lru_cache(2)(lambda effects, theta: self._made(effects, np.array(theta)))
-
-    def _made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """The same, not cached: of 500 runs 66 MB."""
-        result = np.empty_like(self.records.orders)
-        model, choice = self.model.of_set(effects), self.choice(effects)
-        for c, block, (table,) in model.blocks(self.campaign, effects, choice, theta):
-            signal = table.residual[0, c] @ block.rows[table.columns]
-            result[block.turns, c] = block.orders(signal, result.shape[-1] - 1)[0]
-        return result
-
-    def pictures(
-        self, effects: Effects, theta: FloatArray, without: FloatArray
-    ) -> tuple[Picture, ...]:
-        """Polar plots of a fitted model; `without` are its parameters without the effects."""
-        residual = self.orders(effects, theta)
-        # Nothing else asks for these.
-        gap = self._made(effects, without) if effects else residual
-        n_planets = self.model.source.rig.n_planets
-        return _carrier_polar(
-            self._turns(gap),
-            self._turns(gap - residual),
-            effects,
-            runs=self.model.runs,
-            channels=self.model.channels,
-            passing=[_pins_passing(one.angle or 0.0, n_planets) for one in self.campaign.channels],
-            highest=gap.shape[-1] - 1,
-        )
-
-    def overlays(self, effects: Effects, theta: FloatArray) -> tuple[Overlay, ...]:
-        """Measured and simulated mean turn of every sensor in every run with a revolution."""
-        measured, gaps = self._measured_turns, self._turns(self.orders(effects, theta))
-        axis = (np.rad2deg(_TURN_ANGLES), "carrier angle", "deg")
-        return tuple(
-            Overlay(run, channel, *axis, measured[r, c], measured[r, c] - gaps[r, c])
-            for r, run in enumerate(self.model.runs)
-            for c, channel in enumerate(self.model.channels)
-            if np.isfinite(measured[r, c]).all()
-        )
-
-    @cached_property
-    def _measured_turns(self) -> FloatArray:
-        """Measured signals over one turn; the overlays of two models share them."""
-        return self._turns(self.records.orders)
-
-    def _turns(self, orders: ComplexArray) -> FloatArray:
-        return _mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
+def model_overlays(
+    measured: FloatArray, gaps: FloatArray, runs: Sequence[str], channels: Sequence[str]
+) -> tuple[Overlay, ...]:
+    """Measured and simulated mean turn of every sensor in every run with a revolution."""
+    axis = (np.rad2deg(_TURN_ANGLES), "carrier angle", "deg")
+    return tuple(
+        Overlay(run, channel, *axis, measured[r, c], measured[r, c] - gaps[r, c])
+        for r, run in enumerate(runs)
+        for c, channel in enumerate(channels)
+        if np.isfinite(measured[r, c]).all()
+    )
 
 
-def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
+def mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
     """Mean turns ``Re(sum_n Y(n) exp(j n theta))`` of every run, shape (n_runs, C, 181) [m]."""
     waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _TURN_ANGLES))
     turns = np.full((n_runs, orders.shape[1], _TURN_ANGLES.size), np.nan)
@@ -113,7 +54,7 @@ def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) 
     return turns
 
 
-def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
+def pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
     """Carrier angles [rad] at which the pins pass a sensor, by the number of the pin."""
     return {
         str(pin + 1): float((sensor_angle - 2.0 * np.pi * pin / n_planets) % (2.0 * np.pi))
@@ -121,7 +62,7 @@ def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
     }
 
 
-def _carrier_polar(
+def polar_pictures(
     gap: FloatArray,
     law: FloatArray,
     effects: Effects,

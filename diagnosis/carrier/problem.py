@@ -5,7 +5,7 @@ Its library, and everything else as algebra on sums over the records.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any, Self
 
 import numpy as np
@@ -22,7 +22,12 @@ from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carr
 from carrierflex.diagnosis.carrier.misread import CarrierReading
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import ModelResiduals
+from carrierflex.diagnosis.carrier.pictures import (
+    mean_turns,
+    model_overlays,
+    pins_passing,
+    polar_pictures,
+)
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
     ColumnSource,
@@ -44,6 +49,7 @@ from carrierflex.diagnosis.comparison.known_physics import KnownPhysics, Misread
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    ComplexArray,
     Effects,
     FloatArray,
     IntArray,
@@ -319,15 +325,34 @@ class CarrierProblem(ComparisonProblem):
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
-        without = theta.copy()
-        for k, parameter in enumerate(self.parameters(effects)):
-            if parameter.effect in effects and not parameter.shape:
-                without[k] = 0.0
-        return self._residuals.pictures(effects, theta, without)
+        residual = gap = self._orders_left(effects, tuple(theta.tolist()))
+        if effects:
+            sizes = [p.effect in effects and not p.shape for p in self.parameters(effects)]
+            # Nothing else asks for these.
+            gap = self._made_orders(effects, np.where(sizes, 0.0, theta))
+        runs, n_planets = self.model.runs, self.model.source.rig.n_planets
+        return polar_pictures(
+            self._turns(gap),
+            self._turns(gap - residual),
+            effects,
+            runs=runs,
+            channels=self.model.channels,
+            passing=[pins_passing(one.angle or 0.0, n_planets) for one in self.campaign.channels],
+            highest=gap.shape[-1] - 1,
+        )
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        return self._residuals.overlays(effects, theta)
+        gaps = self._turns(self._orders_left(effects, tuple(theta.tolist())))
+        return model_overlays(self._measured_turns, gaps, self.model.runs, self.model.channels)
+
+    @cached_property
+    def _measured_turns(self) -> FloatArray:
+        """Measured signals over one turn; the overlays of two models share them."""
+        return self._turns(self.records.orders)
+
+    def _turns(self, orders: ComplexArray) -> FloatArray:
+        return mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
 
     def for_laws(self, laws: Effects) -> Self:
         """The same with the effects of some laws: experiments hold no columns of the others."""
@@ -378,13 +403,26 @@ class CarrierProblem(ComparisonProblem):
 
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
-        orders = self._residuals.orders(effects, theta)
+        orders = self._orders_left(effects, tuple(theta.tolist()))
         fitted = (*self.model.contained, *effects)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion, fitted)
 
     @cached_property
-    def _residuals(self) -> ModelResiduals:
-        return ModelResiduals(self.campaign, self.model, self.records, self._choice)
+    def _orders_left(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
+        """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
+
+        The last two are cached: map, findings, scalars and overlays are of two models.
+        """
+        return lru_cache(2)(lambda effects, theta: self._made_orders(effects, np.array(theta)))
+
+    def _made_orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """The same, not cached: of 500 runs 66 MB."""
+        result = np.empty_like(self.records.orders)
+        model, choice = self.model.of_set(effects), self._choice(effects)
+        for c, block, (table,) in model.blocks(self.campaign, effects, choice, theta):
+            signal = table.residual[0, c] @ block.rows[table.columns]
+            result[block.turns, c] = block.orders(signal, result.shape[-1] - 1)[0]
+        return result
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:

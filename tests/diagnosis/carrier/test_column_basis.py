@@ -78,10 +78,10 @@ def test_orders_of_what_a_model_leaves_are_those_of_the_signal_less_the_model():
     problem = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
     theta = problem.starts((), {})[1]
     none = np.zeros_like(theta)
-    measured, left = (problem._residuals.orders((), values) for values in (none, theta))
+    measured, left = (problem._made_orders((), values) for values in (none, theta))
     assert_allclose(measured, problem.records.orders, rtol=1e-12)
     # Orders are linear in the signal, and the model is linear in its parameters.
-    doubled = problem._residuals.orders((), 2.0 * theta)
+    doubled = problem._made_orders((), 2.0 * theta)
     assert np.isfinite(left).all()
     assert_allclose(
         measured - doubled, 2.0 * (measured - left), atol=1e-12 * np.abs(measured).max()
