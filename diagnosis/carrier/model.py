@@ -53,14 +53,13 @@ _WEIGHTS = (0.0, 0.5, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class _WeightedColumn:
-    """Weight of one column in some runs."""
+    """Weight of one column, of all runs or by run."""
 
     owner: str  # effect, or the prediction of another simulator
     parameter: int  # number of the owner's parameter
-    runs: slice  # runs in which it acts
     column: int  # number of the column
-    weight: float  # factor of the column
-    slopes: Mapping[int, float]
+    weight: FloatArray | float  # factor of the column
+    slopes: Mapping[int, FloatArray | float]  # its derivatives by unknowns of the run
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,9 +87,11 @@ class WeightTable:
         positions = {column: k for k, column in enumerate(self.columns.tolist())}
         for term in terms:
             position = positions[term.column]
-            self.values[term.runs, channels, position] += term.weight
+            values = self.values[:, channels, position].T
+            values += term.weight
             for unknown, slope in term.slopes.items():
-                self.slopes[term.runs, channels, unknown, position] += slope
+                slopes = self.slopes[:, channels, unknown, position].T
+                slopes += slope
 
     def amplify(self, channel: int, gain: float, unknown: int) -> None:
         """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
@@ -226,7 +227,7 @@ class CarrierModel:
         if Measurement.ZERO in errors:
             name, one = errors[Measurement.ZERO], self.index.of(ONE)
             slopes_of_zero = {first[name]: 1.0}
-            zeros = [_WeightedColumn(name, 0, slice(None), one, value(name), slopes_of_zero)]
+            zeros = [_WeightedColumn(name, 0, one, value(name), slopes_of_zero)]
         terms = [*(term for terms, _ in groups for term in terms), *zeros]
         columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
         shape = (len(unknowns), len(self.channels))
@@ -262,54 +263,39 @@ class CarrierModel:
         """Terms of the prediction of another simulator and of every effect that adds a signal."""
         terms = []
         if (PREDICTION, 0, PLAIN, 0) in self.index:
-            column = self.index.of(PREDICTION)
-            terms.append(_WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
+            terms.append(_WeightedColumn(PREDICTION, 0, self.index.of(PREDICTION), 1.0, {}))
         for name, unknown in first.items():
             effect = self.effects[name]
             if effect.pattern is None:
                 continue
-            n = len(effect.parameters)
             if effect.weighed_by:
-                weight = first.get(effect.weighed_by)
-                terms += self._weighed_terms(effect, theta[0], unknown, weight)
-                continue
-            for r in range(len(theta) if effect.per_run else 1):
-                runs = slice(r, r + 1) if effect.per_run else slice(None)
-                values = theta[r, unknown : unknown + n]
-                make = self._shape_terms if effect.n_shapes else self._linear_terms
-                terms += make(effect, runs, values, unknown)
+                terms += self._weighed_terms(effect, theta, unknown, first.get(effect.weighed_by))
+            elif effect.n_shapes:
+                terms += self._shape_terms(effect, theta[0], unknown)
+            else:
+                numbers = range(unknown, unknown + len(effect.parameters))
+                terms += [
+                    _WeightedColumn(name, k, self.index.of(name, k), theta[:, one], {one: 1.0})
+                    for k, one in enumerate(numbers)
+                ]
         return terms
-
-    def _linear_terms(
-        self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[_WeightedColumn]:
-        """Terms of an effect in one run or all, whose unknowns begin at `first`."""
-        return [
-            _WeightedColumn(
-                effect.id, k, runs, self.index.of(effect.id, k), value, {first + k: 1.0}
-            )
-            for k, value in enumerate(values.tolist())
-        ]
 
     def _weighed_terms(
         self, effect: Effect, theta: FloatArray, unknown: int, weight: int | None
     ) -> list[_WeightedColumn]:
-        """Terms ``p (a + w b)`` of an effect in all runs; w is another unknown, 0 without one."""
-        p = float(theta[unknown])
+        """Terms ``p (a + w b)`` of an effect; w is another unknown, 0 without one."""
+        p = theta[:, unknown]
         columns = [self.index.of(effect.id, row) for row in (0, 1)]
-        everywhere = slice(None)
-        terms = [_WeightedColumn(effect.id, 0, everywhere, columns[0], p, {unknown: 1.0})]
+        terms = [_WeightedColumn(effect.id, 0, columns[0], p, {unknown: 1.0})]
         if weight is not None:
-            w = float(theta[weight])
-            slopes = {unknown: w, weight: p}
-            terms.append(_WeightedColumn(effect.id, 1, everywhere, columns[1], p * w, slopes))
+            w = theta[:, weight]
+            terms.append(_WeightedColumn(effect.id, 1, columns[1], p * w, {unknown: w, weight: p}))
         return terms
 
-    def _shape_terms(
-        self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[_WeightedColumn]:
+    def _shape_terms(self, effect: Effect, theta: FloatArray, first: int) -> list[_WeightedColumn]:
         """Terms of an effect whose last parameters are shapes: linear between their nodes."""
         nodes = self.source.shape_nodes(effect)
+        values = theta[first : first + len(effect.parameters)]
         n_sizes = len(values) - effect.n_shapes
         terms = []
         for i, shape in enumerate(values[n_sizes:].tolist()):
@@ -320,7 +306,7 @@ class CarrierModel:
                     column = self.index.of(effect.id, k, SHAPE, i * nodes.size + node)
                     by_unknown = {first + k: hats[node], first + n_sizes + i: size * slopes[node]}
                     weight = size * hats[node]
-                    terms.append(_WeightedColumn(effect.id, k, runs, column, weight, by_unknown))
+                    terms.append(_WeightedColumn(effect.id, k, column, weight, by_unknown))
         return terms
 
     def _shifted_terms(
@@ -405,7 +391,7 @@ def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]
 
 def _acts(term: _WeightedColumn) -> bool:
     """Whether a term has a weight or a derivative."""
-    return term.weight != 0.0 or any(term.slopes.values())
+    return bool(np.any(term.weight)) or any(map(np.any, term.slopes.values()))
 
 
 @dataclass(frozen=True, eq=False)

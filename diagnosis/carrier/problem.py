@@ -646,14 +646,15 @@ def _steady_runs(
     campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...]
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
-    baseline = replace(campaign.baseline, source="model")
-    campaign = replace(campaign, channels=(*campaign.channels, *added), baseline=baseline)
+    channels = (*campaign.channels, *added)
     angle = 2.0 * np.pi * np.arange(_REVOLUTIONS * _SAMPLES + 1) / _SAMPLES
-    runs = [
-        steady_run(campaign, f"step {k}", f"step {k}", angle / speed, angle, load)
-        for k, load in enumerate(loads, start=1)
-    ]
-    return replace(campaign, runs=tuple(runs))
+    runs = []
+    for k, load in enumerate(loads, start=1):
+        run = steady_run(campaign, f"step {k}", f"step {k}", angle / speed, angle, load)
+        blank = {channel.name: np.zeros(angle.size) for channel in channels}
+        runs.append(replace(run, signals=blank))
+    baseline = replace(campaign.baseline, source="model")
+    return replace(campaign, channels=channels, runs=tuple(runs), baseline=baseline)
 
 
 def steady_run(
