@@ -341,18 +341,11 @@ def _scales(
         published = sizes[0].name.rpartition("_")[0] if one else sizes[0].name
         pair = sizes[0].pair
         first[name] = replace(sizes[0], name=published if pair is None else pair.size)
-        nearest = _nearest_change(model, name)
-        if nearest:
-            shape = model.effects[name].parameters[-1]
+        shape = model.effects[name].parameters[-1]
+        if shape.absent_at is not None:
+            # A quantity that has a value without the effect: its smallest change.
+            nodes = np.array(model.source.shape_nodes(model.effects[name]))
+            nearest = float(np.abs(nodes[nodes != shape.absent_at] - shape.absent_at).min())
             scales[name] = [nearest]
             first[name] = replace(shape, name=f"change of {shape.name}", scale=nearest)
     return scales, first
-
-
-def _nearest_change(model: CarrierModel, effect: str) -> float:
-    """Smallest change of a quantity that has a value without the effect; 0 of another effect."""
-    absent = model.effects[effect].parameters[-1].absent_at
-    if absent is None:
-        return 0.0
-    changes = np.abs(np.array(model.source.shape_nodes(model.effects[effect])) - absent)
-    return float(changes[changes > 0.0].min())

@@ -251,9 +251,8 @@ class CarrierSums:
 
         Those that fit in memory are stored, shape (P, C, u, u).
         """
-        return self._stored.of(
-            "segments", columns, runs, lambda: self.gram(columns, self.segments_of(runs))
-        )
+        key = ("segments", tuple(columns.tolist()), runs.start)
+        return self._stored_at(key, lambda: self.gram(columns, self.segments_of(runs)))
 
     def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
         """The same by run of a slice."""
@@ -261,16 +260,27 @@ class CarrierSums:
         first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
         if first.size == run_of_segment.size:
             return self.gram_of_slice(columns, runs)
-        return self._stored.of(
-            "runs",
-            columns,
-            runs,
-            lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0),
+        key = ("runs", tuple(columns.tolist()), runs.start)
+        return self._stored_at(
+            key, lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0)
         )
 
+    def _stored_at(
+        self, key: tuple[str, tuple[int, ...], int], make: Callable[[], FloatArray]
+    ) -> FloatArray:
+        """Products that are stored, or made and stored: the last used up to a limit of bytes."""
+        stored = self._stored
+        if key not in stored:
+            stored[key] = make()
+        stored.move_to_end(key)
+        while len(stored) > 1 and sum(one.nbytes for one in stored.values()) > IN_MEMORY:
+            stored.popitem(last=False)
+        return stored[key]
+
     @cached_property
-    def _stored(self) -> "_StoredProducts":
-        return _StoredProducts()
+    def _stored(self) -> OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]:
+        """Products by name, columns and first run."""
+        return OrderedDict()
 
     def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
         """Products of target and basis over groups of segments, (n_groups, C, 1 + b, 1 + b)."""
@@ -429,19 +439,3 @@ def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     """Sum of squares by segment and channel; a perfect fit leaves rounding of either sign."""
     products = (gram @ residual[..., None])[..., 0]
     return np.maximum((products * residual).sum(axis=-1), 0.0)
-
-
-class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]):
-    """Products by name, columns and first run, the last used of them up to a limit of bytes."""
-
-    def of(
-        self, name: str, columns: IntArray, runs: slice, make: Callable[[], FloatArray]
-    ) -> FloatArray:
-        """Products that are stored, or made and stored."""
-        key = (name, tuple(columns.tolist()), int(runs.start))
-        if key not in self:
-            self[key] = make()
-        self.move_to_end(key)
-        while len(self) > 1 and sum(one.nbytes for one in self.values()) > IN_MEMORY:
-            self.popitem(last=False)
-        return self[key]
