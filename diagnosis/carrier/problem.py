@@ -30,6 +30,7 @@ from carrierflex.diagnosis.carrier.pictures import (
 )
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
+    SAMPLES_A_TURN,
     ColumnSource,
     largest_load,
     mean_load,
@@ -97,8 +98,8 @@ _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
 #: opposite sign.
 _RIDGE = 1e-9
+#: Revolutions of a run of an experiment that was not made.
 _REVOLUTIONS = 4
-_SAMPLES = 144
 _Load = tuple[float, float, float]
 _LOADS = ("torque", "ntl_y", "ntl_z")
 #: Comparison problem that measured what a model predicts under the inputs of another campaign.
@@ -647,7 +648,7 @@ def _steady_runs(
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
     channels = (*campaign.channels, *added)
-    angle = 2.0 * np.pi * np.arange(_REVOLUTIONS * _SAMPLES + 1) / _SAMPLES
+    angle = 2.0 * np.pi * np.arange(_REVOLUTIONS * SAMPLES_A_TURN + 1) / SAMPLES_A_TURN
     runs = []
     for k, load in enumerate(loads, start=1):
         run = steady_run(campaign, f"step {k}", f"step {k}", angle / speed, angle, load)

@@ -60,6 +60,8 @@ FORCE_Z = "ntl_z"
 #: Columns of time before those of the flexible residual model: u and u squared.
 N_TIME_COLUMNS = 2
 _INPUTS = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
+#: Samples of a turn on which effects are evaluated where there is no record.
+SAMPLES_A_TURN = 144
 #: Samples whose columns are in memory at once.
 _CHUNK = 20_000
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.answer import ANGLE, CLASS_OF_LAW, DELAY, GAIN, ZERO
 from carrierflex.diagnosis.carrier.classes.class_rows import shapes
+from carrierflex.diagnosis.carrier.records.columns import SAMPLES_A_TURN
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
 from carrierflex.diagnosis.classes.constants import ClassConstants
@@ -31,8 +32,6 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
-#: Samples of the turn on which effects are evaluated.
-_SAMPLES = 144
 #: Factors on a channel are alike where they differ by less.
 _NEAR = 0.2
 
@@ -243,10 +242,10 @@ def _pattern_vectors(columns: Columns, baseline: RimBaseline) -> FloatArray:
 
 def _turn(loads: FloatArray) -> dict[str, FloatArray]:
     """Columns of one turn under constant loads."""
-    theta = 2.0 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    theta = 2.0 * np.pi * np.arange(SAMPLES_A_TURN) / SAMPLES_A_TURN
     *forces, speed = loads.tolist()
     names = ("torque", "ntl_y", "ntl_z")
-    steady = {name: np.full(_SAMPLES, of) for name, of in zip(names, forces, strict=True)}
+    steady = {name: np.full(SAMPLES_A_TURN, of) for name, of in zip(names, forces, strict=True)}
     return {"time": theta / speed, "carrier_angle": theta} | steady
 
 
