@@ -207,7 +207,7 @@ class CarrierModel:
         `choice` is the channel of every effect of one sensor among all effects; `runs` are those
         that are wanted.
         """
-        first, unknowns = self._unknowns(effects)
+        first, unknowns = self.unknowns(effects)
         unknowns = unknowns[runs]
         ideal = self._without_sensor_errors(first, theta[unknowns])
         errors = {self.effects[name].measurement: name for name in first}
@@ -241,7 +241,7 @@ class CarrierModel:
         table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
         return table
 
-    def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
+    def unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
         """Number of every effect's first unknown among those of a run, and their numbers by run."""
         first_of_run: dict[str, int] = {}
         numbers: list[IntArray] = []

@@ -379,7 +379,7 @@ class CarrierProblem(ComparisonProblem):
 
     def wiring(self, campaign: Campaign) -> WiringChecks:
         """What can be tried of the wiring of its campaign, without lines off the orders."""
-        return LinearBaseline(self.model, self.campaign, self.parameters).checks()
+        return LinearBaseline(self.model, self.campaign).checks()
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """Problem that measured what a model predicts under the inputs of another campaign.
