@@ -338,11 +338,11 @@ def _penalty(loads: _LoadFunctions, columns: Columns, weights: FloatArray) -> Fl
 
     A pattern that turns with the radial load as a whole is the simplest that follows it: the
     housing is then alike in all directions. How far the amplitudes along y and z are from that is
-    penalised as much as how far each is from a straight line. A third of it and three times as much
+    penalised as much as how far each is from a straight line (a third of it and three times as much
     name the same classes of development cases; at a tenth and at ten times a tilt that begins late
-    is a tie with planet loads under six loads. With the load ``F (sin d, cos d)`` along
-    y and z, a wave ``cos(h v - k theta - a)`` turns with it as ``cos(h v - k theta - a + (h - k)
-    d)`` where ``h - k`` is one or minus one.
+    is a tie with planet loads under six loads). With the load ``F (sin d, cos d)`` along y and z, a
+    wave ``cos(h v - k theta - a)`` turns with it as ``cos(h v - k theta - a + (h - k) d)`` where
+    ``h - k`` is one or minus one.
     """
     n = len(columns)
     size = len(loads.penalty) * n
