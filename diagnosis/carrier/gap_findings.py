@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.gap_components import (
     components_of,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
+from carrierflex.diagnosis.carrier.records.columns import mean_speed
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell, IntArray
 from carrierflex.diagnosis.gap.findings import (
@@ -91,12 +92,10 @@ class CarrierGap:
         """Mean torque, radial load and speed of every run, sizes."""
         sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
         for r, run in enumerate(self.campaign.runs):
-            torque, y, z = self.records.loads[self.records.run_of_revolution == r].mean(axis=0)
-            angle = run.inputs["carrier_angle"]
-            speed = (angle[-1] - angle[0]) / (run.time[-1] - run.time[0])
+            torque, y, z = self.records.mean_loads[r]
             sizes[TORQUE][run.name] = abs(float(torque))
             sizes[RADIAL_LOAD][run.name] = float(np.hypot(y, z))
-            sizes[SPEED][run.name] = abs(float(speed))
+            sizes[SPEED][run.name] = abs(mean_speed(run))
         return sizes
 
     def findings(self) -> GapFindings:
@@ -458,20 +457,16 @@ def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
             p_value=np.broadcast_to([one.p_value for one in motion.motions], mean_square.shape)[
                 None
             ],
-            draws=partial(_coherent_draws, draws, noise),
+            draws=partial(np.expand_dims, draws, 1),
             bands_hz=np.sort([(speed * min(one), speed * max(one)) for one in orders], axis=1),
             used=used,
         )
 
 
-def _coherent_draws(draws: FloatArray, noise: FloatArray) -> FloatArray:
-    return np.asarray((draws - noise)[:, None])
-
-
 def _line_rows(
     lines: Sequence[OffOrderLine], run: int, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean square, that of noise, and draws of one motion's lines: shapes (C,), (C,), (D, C)."""
+    """Mean square, that of noise, and coherent draws of one motion: shapes (C,), (C,), (D, C)."""
     amplitudes = np.array([line.amplitudes[run] for line in lines])
     errors = np.array([line.errors[run] for line in lines])
     n_channels = amplitudes.shape[1]
@@ -480,5 +475,5 @@ def _line_rows(
     mean_square = (0.5 * np.abs(amplitudes) ** 2).sum(axis=0) / n_channels
     noise = (errors**2).sum(axis=0) / n_channels
     # A draw holds the noise of the estimate and its own.
-    draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - noise
+    draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - 2.0 * noise
     return mean_square, noise, draws

@@ -6,6 +6,7 @@ a fourth argument and gives no row for it; see :mod:`carrierflex.simulation.carr
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from carrierflex.diagnosis.comparison.effect_cards import (
     users_cards,
 )
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
 from carrierflex.simulation.carrier.effects.of_planets import effects_of
@@ -29,18 +29,16 @@ _CARRIER_LAW = "a function (sensor, inputs, rig) -> signals of unit parameters, 
 _CARRIER_SHAPE_LAW = (
     "a function (sensor, inputs, rig, last value) -> signals, (n_parameters - 1, n)"
 )
-#: Samples of the inputs on which a carrier's law is tried.
-_TRIED_SAMPLES = 9
 _KIND = "carrier"
 
 
-def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierRig:
-    """Rig of a campaign; the radius of the pin circle is that which its curves imply."""
-    n_planets = int(campaign.rig["n_planets"])
+def carrier_rig(stated: Mapping[str, Any], curves: Mapping[str, DeflectionCurve]) -> CarrierRig:
+    """Rig that a campaign states; the radius of the pin circle is that which its curves imply."""
+    n_planets = int(stated["n_planets"])
     pin_radius = np.nan
     if "g_f" in curves:
         pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
-    return CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
+    return CarrierRig(float(stated["nominal_torque"]), n_planets, pin_radius, curves)
 
 
 def carrier_library(rig: CarrierRig, further: Sequence[Effect] = ()) -> dict[str, Effect]:
@@ -75,11 +73,11 @@ def _refuse_wrong_law(card: EffectCard, rig: CarrierRig) -> None:
             raise refusal(card, problem, "finite bounds, between which signals are interpolated")
         values = (0.5 * (last.lower + last.upper),)
     # One turn with loads of both signs and zero among them.
-    share = np.linspace(-1.0, 1.0, _TRIED_SAMPLES)
+    share = np.linspace(-1.0, 1.0, 9)
     time, force = share + 1.0, 1e5 * share
     torque = rig.nominal_torque * share
     inputs = CarrierInputs(time, np.pi * time, torque, force, force[::-1], start=0.0, end=2.0)
-    shape = (len(card.parameters) - len(values), _TRIED_SAMPLES)
+    shape = (len(card.parameters) - len(values), share.size)
     for is_axial in (True, False):
         try:
             rows = card.law(RimSensor(0.5, 0.4, is_axial), inputs, rig, *values)
@@ -87,7 +85,7 @@ def _refuse_wrong_law(card: EffectCard, rig: CarrierRig) -> None:
         except Exception as error:
             raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
         if signals.shape != shape:
-            problem = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
+            problem = f"its law gives the shape {signals.shape} for {share.size} samples"
             raise refusal(card, problem, str(shape))
         if not np.isfinite(signals).all():
             raise refusal(card, "its law gives values that are not finite", "finite values")

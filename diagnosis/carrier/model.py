@@ -4,7 +4,7 @@ The measurement model of :mod:`carrierflex.simulation.sensing` on columns: the r
 is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
@@ -18,11 +18,14 @@ from carrierflex.diagnosis.carrier.records.columns import (
     PLAIN,
     PREDICTION,
     SHAPE,
+    BlockColumns,
     ColumnIndex,
     ColumnSource,
     angle_nodes,
+    blocks_of_runs,
     delay_nodes,
 )
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
@@ -31,6 +34,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     bounds_of,
 )
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -39,16 +43,8 @@ from carrierflex.simulation.measurement import Measurement
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
 
-#: The same, or several channels that are off alike.
-ChannelChoice = Mapping[str, int | slice]
-
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
-
-#: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
-_LARGEST_DELAY = np.deg2rad(20.0)
-
-_LARGEST_MOVE = np.deg2rad(7.0)
 
 #: Shares of a rigid pin fit at which the table has the derivatives of the curve: the fit moves as a
 #: cause is put in.
@@ -57,14 +53,13 @@ _WEIGHTS = (0.0, 0.5, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class _WeightedColumn:
-    """Weight of one column in some runs."""
+    """Weight of one column, of all runs or by run."""
 
     owner: str  # effect, or the prediction of another simulator
     parameter: int  # number of the owner's parameter
-    runs: slice  # runs in which it acts
     column: int  # number of the column
-    weight: float  # factor of the column
-    slopes: Mapping[int, float]
+    weight: FloatArray | float  # factor of the column
+    slopes: Mapping[int, FloatArray | float]  # its derivatives by unknowns of the run
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +87,13 @@ class WeightTable:
         positions = {column: k for k, column in enumerate(self.columns.tolist())}
         for term in terms:
             position = positions[term.column]
-            self.values[term.runs, channels, position] += term.weight
+            values = self.values[:, channels, position].T
+            values += term.weight
             for unknown, slope in term.slopes.items():
-                self.slopes[term.runs, channels, unknown, position] += slope
+                slopes = self.slopes[:, channels, unknown, position].T
+                slopes += slope
 
-    def amplify(self, channel: int | slice, gain: float, unknown: int) -> None:
+    def amplify(self, channel: int, gain: float, unknown: int) -> None:
         """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
         self.slopes[:, channel] *= 1.0 + gain
         self.slopes[:, channel, unknown] = self.values[:, channel]
@@ -121,6 +118,36 @@ class CarrierModel:
     def effects(self) -> Mapping[str, Effect]:
         """All effects by id."""
         return self.source.effects
+
+    def of_set(self, effects: Effects) -> "CarrierModel":
+        """Model of a set alone, its columns moved and late only where the set moves or delays."""
+        fitted = {name: self.effects[name] for name in (*self.contained, *effects)}
+        quantities = {one.measurement for one in fitted.values()}
+        of_set = {
+            name: replace(
+                one,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in quantities,
+                follows_delay=one.follows_delay and Measurement.DELAY in quantities,
+            )
+            for name, one in fitted.items()
+        }
+        return replace(self, source=replace(self.source, effects=of_set))
+
+    def blocks(
+        self, campaign: Campaign, effects: Effects, choice: Choice, *thetas: FloatArray
+    ) -> Iterator[tuple[int, BlockColumns, list["WeightTable"]]]:
+        """Blocks of the records at every sensor, with weights in the run at some parameters."""
+        runs, source = campaign.within_use().runs, self.source
+        tables: dict[int, list[WeightTable]] = {}
+        every = blocks_of_runs(runs, campaign.channels, source, MOST_BLOCKS, source.effects)
+        for c, blocks in every:
+            if c == 0:
+                model = replace(self, index=blocks[0].index)
+                tables = {
+                    r: [model.weights(effects, choice, one, slice(r, r + 1)) for one in thetas]
+                    for r in range(blocks[0].run, blocks[-1].run + 1)
+                }
+            yield from ((c, block, tables[block.run]) for block in blocks)
 
     def parameters(self, effects: Effects, choice: Choice) -> tuple[Parameter, ...]:
         """Unknowns of baseline + effects; those of an effect with values by run, run by run."""
@@ -163,21 +190,24 @@ class CarrierModel:
         if parameter.shape:
             nodes = self.source.shape_nodes(effect)
             return float(nodes[0]), float(nodes[-1])
-        if effect.measurement is Measurement.DELAY:
-            return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
-        if effect.measurement is Measurement.ANGLE:
-            return -_LARGEST_MOVE, _LARGEST_MOVE
-        return parameter.lower, parameter.upper
+        if effect.measurement not in (Measurement.DELAY, Measurement.ANGLE):
+            return parameter.lower, parameter.upper
+        is_delay = effect.measurement is Measurement.DELAY
+        nodes = (delay_nodes if is_delay else angle_nodes)(self.source.rig.n_planets)
+        # Columns carry a third of a step beyond the last node: 20 deg of delay, 7 of angle.
+        largest = float(nodes[-1] + (nodes[-1] - nodes[-2]) / 3.0)
+        largest /= self.source.speed if is_delay else 1.0
+        return -largest, largest
 
     def weights(
-        self, effects: Effects, choice: ChannelChoice, theta: FloatArray, runs: slice = slice(None)
+        self, effects: Effects, choice: Choice, theta: FloatArray, runs: slice = slice(None)
     ) -> WeightTable:
         """Weights of every column with a weight or a derivative anywhere, and their derivatives.
 
-        `choice` is the channel of every effect of one sensor among all effects, a slice for an
-        error of several channels; `runs` are those that are wanted.
+        `choice` is the channel of every effect of one sensor among all effects; `runs` are those
+        that are wanted.
         """
-        first, unknowns = self._unknowns(effects)
+        first, unknowns = self.unknowns(effects)
         unknowns = unknowns[runs]
         ideal = self._without_sensor_errors(first, theta[unknowns])
         errors = {self.effects[name].measurement: name for name in first}
@@ -197,7 +227,7 @@ class CarrierModel:
         if Measurement.ZERO in errors:
             name, one = errors[Measurement.ZERO], self.index.of(ONE)
             slopes_of_zero = {first[name]: 1.0}
-            zeros = [_WeightedColumn(name, 0, slice(None), one, value(name), slopes_of_zero)]
+            zeros = [_WeightedColumn(name, 0, one, value(name), slopes_of_zero)]
         terms = [*(term for terms, _ in groups for term in terms), *zeros]
         columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
         shape = (len(unknowns), len(self.channels))
@@ -211,7 +241,7 @@ class CarrierModel:
         table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
         return table
 
-    def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
+    def unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
         """Number of every effect's first unknown among those of a run, and their numbers by run."""
         first_of_run: dict[str, int] = {}
         numbers: list[IntArray] = []
@@ -232,55 +262,40 @@ class CarrierModel:
     ) -> list[_WeightedColumn]:
         """Terms of the prediction of another simulator and of every effect that adds a signal."""
         terms = []
-        if self.index.has_prediction:
-            column = self.index.of(PREDICTION)
-            terms.append(_WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
+        if (PREDICTION, 0, PLAIN, 0) in self.index:
+            terms.append(_WeightedColumn(PREDICTION, 0, self.index.of(PREDICTION), 1.0, {}))
         for name, unknown in first.items():
             effect = self.effects[name]
             if effect.pattern is None:
                 continue
-            n = len(effect.parameters)
             if effect.weighed_by:
-                weight = first.get(effect.weighed_by)
-                terms += self._weighed_terms(effect, theta[0], unknown, weight)
-                continue
-            for r in range(len(theta) if effect.per_run else 1):
-                runs = slice(r, r + 1) if effect.per_run else slice(None)
-                values = theta[r, unknown : unknown + n]
-                make = self._shape_terms if effect.n_shapes else self._linear_terms
-                terms += make(effect, runs, values, unknown)
+                terms += self._weighed_terms(effect, theta, unknown, first.get(effect.weighed_by))
+            elif effect.n_shapes:
+                terms += self._shape_terms(effect, theta[0], unknown)
+            else:
+                numbers = range(unknown, unknown + len(effect.parameters))
+                terms += [
+                    _WeightedColumn(name, k, self.index.of(name, k), theta[:, one], {one: 1.0})
+                    for k, one in enumerate(numbers)
+                ]
         return terms
-
-    def _linear_terms(
-        self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[_WeightedColumn]:
-        """Terms of an effect in one run or all, whose unknowns begin at `first`."""
-        return [
-            _WeightedColumn(
-                effect.id, k, runs, self.index.of(effect.id, k), value, {first + k: 1.0}
-            )
-            for k, value in enumerate(values.tolist())
-        ]
 
     def _weighed_terms(
         self, effect: Effect, theta: FloatArray, unknown: int, weight: int | None
     ) -> list[_WeightedColumn]:
-        """Terms ``p (a + w b)`` of an effect in all runs; w is another unknown, 0 without one."""
-        p = float(theta[unknown])
+        """Terms ``p (a + w b)`` of an effect; w is another unknown, 0 without one."""
+        p = theta[:, unknown]
         columns = [self.index.of(effect.id, row) for row in (0, 1)]
-        everywhere = slice(None)
-        terms = [_WeightedColumn(effect.id, 0, everywhere, columns[0], p, {unknown: 1.0})]
+        terms = [_WeightedColumn(effect.id, 0, columns[0], p, {unknown: 1.0})]
         if weight is not None:
-            w = float(theta[weight])
-            slopes = {unknown: w, weight: p}
-            terms.append(_WeightedColumn(effect.id, 1, everywhere, columns[1], p * w, slopes))
+            w = theta[:, weight]
+            terms.append(_WeightedColumn(effect.id, 1, columns[1], p * w, {unknown: w, weight: p}))
         return terms
 
-    def _shape_terms(
-        self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[_WeightedColumn]:
+    def _shape_terms(self, effect: Effect, theta: FloatArray, first: int) -> list[_WeightedColumn]:
         """Terms of an effect whose last parameters are shapes: linear between their nodes."""
         nodes = self.source.shape_nodes(effect)
+        values = theta[first : first + len(effect.parameters)]
         n_sizes = len(values) - effect.n_shapes
         terms = []
         for i, shape in enumerate(values[n_sizes:].tolist()):
@@ -291,7 +306,7 @@ class CarrierModel:
                     column = self.index.of(effect.id, k, SHAPE, i * nodes.size + node)
                     by_unknown = {first + k: hats[node], first + n_sizes + i: size * slopes[node]}
                     weight = size * hats[node]
-                    terms.append(_WeightedColumn(effect.id, k, runs, column, weight, by_unknown))
+                    terms.append(_WeightedColumn(effect.id, k, column, weight, by_unknown))
         return terms
 
     def _shifted_terms(
@@ -376,7 +391,7 @@ def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]
 
 def _acts(term: _WeightedColumn) -> bool:
     """Whether a term has a weight or a derivative."""
-    return term.weight != 0.0 or any(term.slopes.values())
+    return bool(np.any(term.weight)) or any(map(np.any, term.slopes.values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,13 +411,18 @@ class EffectRows:
     #: The target and the baseline's regressors, then each effect at each of its variants
     groups: tuple[_RowTable, ...]
     n_base: int  # Regressors of the baseline
-    owners: tuple[str, ...]  # Effect of every row after them
-    variants: tuple[tuple[float, ...], ...]  # Its channel, or its shape; empty where it has neither
+    #: Numbers of the rows of each effect at each of its variants: a channel or its shapes
+    variants: Mapping[tuple[str, tuple[float, ...]], IntArray]
 
     @property
     def size(self) -> int:
         """Number of rows."""
-        return 1 + self.n_base + len(self.owners)
+        return 1 + self.n_base + sum(rows.size for rows in self.variants.values())
+
+    def of(self, *effects: str) -> IntArray:
+        """Numbers of the rows of some effects."""
+        rows = [rows for (name, _), rows in self.variants.items() if name in effects]
+        return np.concatenate([np.empty(0, dtype=np.int64), *rows])
 
 
 def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> EffectRows:
@@ -415,17 +435,15 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     parameters = model.parameters((), contained)
     expected = _expected_values(parameters, base)
     groups = [_base_rows(model.weights((), contained, base), base, expected)]
-    owners: list[str] = []
-    variants: list[tuple[float, ...]] = []
+    variants: dict[tuple[str, tuple[float, ...]], IntArray] = {}
+    first = 1 + base.size
     for effect in candidates:
         for variant in model.variants(effect):
-            first = 1 + base.size + len(owners)
             rows = _rows_of_effect(model, effect, variant, base, contained, first)
             groups.append(rows)
-            n_rows = np.unique(rows.numbers).size
-            owners += [effect] * n_rows
-            variants += [variant] * n_rows
-    return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
+            variants[effect, variant] = np.unique(rows.numbers)
+            first += variants[effect, variant].size
+    return EffectRows(tuple(groups), base.size, variants)
 
 
 def _expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Lines and bands off the shaft's orders: found in what a run holds without them, and taken out."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice, product
 
 import numpy as np
@@ -16,26 +16,20 @@ from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import aliased_order, highest_order
 from carrierflex.identification.campaign.records import Run
 
-#: Turns for each quantity that the orders follow: more of them would take the lines beside too.
+#: Turns for each quantity that the orders follow, and samples for each of its columns: more of them
+#: would take the lines beside too.
 _TURNS_A_QUANTITY = 5.0
-#: Highest order that is taken out, as steady waves, over the highest that follows the loads, and
-#: the share of the samples of a turn below which it stays.
+#: Highest order that is taken out, as steady waves, over the highest that follows the loads.
 _HIGHEST_ORDER = 3
-_BELOW_NYQUIST = 0.45
 #: Degree of the slow drift of the offset that is taken out.
 _DRIFT = 6
-#: Samples for each column of the orders at least; a shorter run is not searched.
-_SAMPLES_A_COLUMN = 3
-#: Samples of a run at most: those of a longer one are averaged in groups.
-_MOST_SAMPLES = 60_000
-#: Numbers of all runs that are kept while lines are looked for (200 MB), and columns of the orders
-#: of a usual run.
-_MOST_NUMBERS = 25_000_000
-_USUAL_BASIS = 100
+#: Samples of a run at most: those of a longer one are averaged in groups. Samples of all runs at
+#: most, which are kept with some hundred columns of their orders while lines are looked for.
+_MOST_SAMPLES, _MOST_SEARCHED = 60_000, 240_000
 #: Change of a load over its size that lets the orders follow it.
 _CHANGES = 1e-4
-#: Directions of the shared columns below this share of the largest are rounding.
-_ALIKE = 1e-6
+#: Directions of columns below this share of the largest are rounding.
+_ALIKE = 1e-8
 #: Lines of the spectrum for each line that the longest record resolves.
 _FINER = 4
 #: Resolved lines off the orders that stand for the surroundings of one, and the factor by which
@@ -47,10 +41,6 @@ _NEAR_AN_ORDER = 2.0
 _FROM_ZERO = 4.0
 #: Share of the highest frequency of a record that is looked at.
 _USABLE = 0.9
-#: Lines of a spectrum at most: longer records are searched at low frequencies only.
-_MOST_LINES = 200_000
-#: Position of a line, whether it is an order, p-value.
-_Line = tuple[float, bool, float]
 #: Probability of a line in noise, over the search, below which there is one.
 _LARGEST_P = 1e-3
 #: Power of a line over all that is off the orders, over all runs and channels, below which it is
@@ -69,6 +59,38 @@ _ALONE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
+class _Line:
+    """Place of a line off the orders."""
+
+    position: float  # Order [per turn], or frequency [Hz]
+    is_order: bool  # Which of the two it keeps when the speed changes
+    p_value: float = 0.0  # Probability that noise makes it
+
+    @property
+    def is_aliased(self) -> bool:
+        """Whether it is an order above half the samples of a turn, the only whole number."""
+        return self.is_order and float(self.position).is_integer()
+
+    def order(self, speed: float) -> float:
+        """Order at a speed [turns/s]."""
+        return self.position if self.is_order else self.position / speed
+
+    def phase(self, turns: FloatArray, time: FloatArray) -> FloatArray:
+        """Phase at turns of the carrier and at times [rad]."""
+        return np.asarray(2.0 * np.pi * self.position * (turns if self.is_order else time))
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrderLine(_Line):
+    """One line off the orders."""
+
+    #: Amplitude, and standard deviation of either component by noise, by run and channel, shape
+    #: (n_runs, C)
+    amplitudes: np.ndarray = field(kw_only=True)
+    errors: FloatArray = field(kw_only=True)
+
+
+@dataclass(frozen=True, eq=False)
 class RunOffOrders:
     """One run without its orders, at the samples that every channel has."""
 
@@ -80,20 +102,46 @@ class RunOffOrders:
     orders: FloatArray  # Orthonormal basis of what was taken out, shape (n, k)
 
     @property
+    def n_turns(self) -> float:
+        """Turns of the carrier in all."""
+        return float(self.turns[-1] - self.turns[0])
+
+    @property
     def speed(self) -> float:
         """Mean speed [turns/s]."""
-        return float((self.turns[-1] - self.turns[0]) / (self.time[-1] - self.time[0]))
+        return self.n_turns / float(self.time[-1] - self.time[0])
+
+    @property
+    def square(self) -> float:
+        """Sum of squares over all channels."""
+        return float((self.values**2).sum())
 
     def without_orders(self, waves: FloatArray) -> FloatArray:
         """Waves, shape (n, k), without what the orders could make of them."""
         return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
+
+    def waves(self, lines: Sequence[_Line]) -> FloatArray:
+        """Cosine and sine of every line without the orders, shape (n, 2 n_lines)."""
+        phases = [line.phase(self.turns, self.time) for line in lines]
+        waves = [wave(phase) for phase in phases for wave in (np.cos, np.sin)]
+        return self.without_orders(np.column_stack(waves))
+
+    def power(self, line: _Line) -> float:
+        """Sum of squares over all channels that a line takes off the orders."""
+        basis = np.linalg.qr(self.waves([line]))[0]
+        return float(((self.values @ basis) ** 2).sum())
+
+    def without(self, lines: Sequence[_Line]) -> "RunOffOrders":
+        """Run whose lines are fitted together and taken out."""
+        waves = self.waves(lines)
+        return replace(self, values=self.values - (waves @ _solved(waves, self.values)).T)
 
 
 def _searched(campaign: Campaign) -> Sequence[int]:
     """Numbers of the runs that are searched: all, or some of them drawn, as many as may be kept."""
     n_runs = len(campaign.runs)
     samples = sum(min(run.time.size, _MOST_SAMPLES) for run in campaign.runs)
-    share = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
+    share = _MOST_SEARCHED / samples
     if share >= 1.0:
         return range(n_runs)
     # Every tenth run may be of one condition.
@@ -109,7 +157,7 @@ def _without_shared(
     # how its orders follow the loads leaves them beside the orders; all runs together tell it, as
     # the size per newton metre is one.
     runs = [run for run, _ in made]
-    n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
+    n_turns = sum(run.n_turns for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
     if n_loads < 1:
         return lambda run, loaded: run
@@ -154,21 +202,25 @@ def _run_off_orders(
     angle = run.inputs["carrier_angle"]
     turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
     group = -(-int(present.sum()) // _MOST_SAMPLES) or 1
-    time, turns, phase_angle, *quantities = (
-        _averaged(row[present], group) for row in (run.time, turns, angle, *_followed(run, angle))
+    loads = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
+    rows = (run.time, turns, angle, np.gradient(angle, run.time), *loads)
+    time, turns, phase_angle, speed, torque, *radial = (
+        _averaged(row[present], group) for row in rows
     )
     n_waves = 2 * followed_orders + 1
     n_samples = time.size
     n_turns = float(turns[-1] - turns[0]) if n_samples else 0.0
-    fewest = min(n_turns / _TURNS_A_QUANTITY, n_samples / (_SAMPLES_A_COLUMN * n_waves))
+    fewest = min(n_turns, n_samples / n_waves) / _TURNS_A_QUANTITY
     if fewest < 1.0:
         return None
     waves = _order_waves(2.0 * np.pi * turns, followed_orders)
-    followed = [np.ones(n_samples), *(row for row in map(_centred, quantities) if row.any())]
+    # The most usual first.
+    quantities = map(_centred, (torque, time, speed, *radial))
+    followed = [np.ones(n_samples), *(row for row in quantities if row.any())]
     # A drift of the offset is slower than any line that is looked for.
     along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     drift = np.polynomial.legendre.legvander(along, _DRIFT)[:, 1:]
-    highest = min(_HIGHEST_ORDER * followed_orders, int(_BELOW_NYQUIST * n_samples / n_turns))
+    highest = min(_HIGHEST_ORDER * followed_orders, int(0.5 * _USABLE * n_samples / n_turns))
     above = 2.0 * np.pi * np.outer(turns, np.arange(followed_orders + 1, highest + 1))
     steady = [drift, np.cos(above), np.sin(above)]
     design = np.hstack([*steady, *(waves * row[:, None] for row in followed[: int(fewest)])])
@@ -177,9 +229,8 @@ def _run_off_orders(
     off_orders = RunOffOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
     shared = _order_waves(phase_angle, followed_orders)
     # Torque and radial load about their means, in their units, torque first.
-    named = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
-    loads = [_averaged(row[present], group) for row in named]
-    return off_orders, [shared * (_centred(row) * float(np.std(row)))[:, None] for row in loads]
+    of_loads = [_centred(row) * float(np.std(row)) for row in (torque, *radial)]
+    return off_orders, [shared * row[:, None] for row in of_loads]
 
 
 def _order_waves(angle: FloatArray, highest: int) -> FloatArray:
@@ -192,13 +243,6 @@ def _averaged(values: FloatArray, group: int) -> FloatArray:
     """Means of groups of neighbours."""
     groups = values[: values.size // group * group]
     return np.asarray(groups.reshape(-1, group).mean(axis=1), dtype=np.float64)
-
-
-def _followed(run: Run, angle: FloatArray) -> list[FloatArray]:
-    """What the orders may follow beside a constant, the most usual first."""
-    speed = np.gradient(angle, run.time)
-    loads = [run.inputs[name] for name in ("ntl_y", "ntl_z") if name in run.inputs]
-    return [run.inputs["torque"], run.time, speed, *loads]
 
 
 def _centred(values: FloatArray) -> FloatArray:
@@ -221,8 +265,8 @@ def _log_tail(number: IntArray, total: FloatArray) -> FloatArray:
     return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
 
 
-def _surest_line(runs: Sequence[RunOffOrders], *, is_order: bool) -> tuple[float, float, float]:
-    """Line least like noise in spectra over turns, or over time; its p-value, and the resolution.
+def _surest_line(runs: Sequence[RunOffOrders], *, is_order: bool) -> tuple[_Line, float]:
+    """Line least like noise in spectra over turns, or over time, and the resolution.
 
     That is the distance of lines that the longest record resolves, per turn or in Hz.
     """
@@ -233,7 +277,8 @@ def _surest_line(runs: Sequence[RunOffOrders], *, is_order: bool) -> tuple[float
         _USABLE * 0.5 * (axis.size - 1) / length
         for axis, length in zip(coordinates, lengths, strict=True)
     ]
-    n_lines = int(min(np.ceil(_FINER * max(highest) / resolution), _MOST_LINES))
+    # Longer records are searched at low frequencies only.
+    n_lines = int(_FINER * min(np.ceil(max(highest) / resolution), _MOST_SAMPLES))
     axis: FloatArray = resolution / _FINER * np.arange(n_lines, dtype=np.float64)
     # Sums as the runs come: powers of all runs and channels would be several times the records.
     n_channels = len(runs[0].values)
@@ -257,7 +302,7 @@ def _surest_line(runs: Sequence[RunOffOrders], *, is_order: bool) -> tuple[float
     surest = int(np.argmin(log_p))
     n_tests = n_lines / _FINER * (1 + n_channels + len(runs))
     p_value = float(np.exp(min(log_p[surest] + np.log(n_tests), 0.0)))
-    return float(axis[surest]), p_value, resolution
+    return _Line(float(axis[surest]), is_order, p_value), resolution
 
 
 def _relative_power(
@@ -286,26 +331,6 @@ def _relative_power(
 
 
 @dataclass(frozen=True, eq=False)
-class OffOrderLine:
-    """One line off the orders."""
-
-    position: float  # Order [per turn], or frequency [Hz]
-    is_order: bool  # Which of the two it keeps when the speed changes
-    p_value: float  # Probability that noise makes it
-    amplitudes: np.ndarray  # Amplitude by run and channel, shape (n_runs, C)
-    errors: FloatArray  # Standard deviation of either component by noise, shape (n_runs, C)
-
-    @property
-    def is_aliased(self) -> bool:
-        """Whether it is an order above half the samples of a turn, the only whole number."""
-        return self.is_order and float(self.position).is_integer()
-
-    def order(self, speed: float) -> float:
-        """Order at a speed [turns/s]."""
-        return self.position if self.is_order else self.position / speed
-
-
-@dataclass(frozen=True, eq=False)
 class OffOrders:
     """Motion off the orders, as lines and as bands."""
 
@@ -329,27 +354,23 @@ def off_orders(campaign: Campaign) -> OffOrders:
     What follows looks at the records without the lines that are found: at the orders, and at a
     noise that no line is part of.
     """
-    numbers, every = _searched(campaign), range(len(campaign.runs))
-    made = list(_runs_off_orders(campaign, numbers))
+    n_runs = len(campaign.runs)
+    made = list(_runs_off_orders(campaign, _searched(campaign)))
     without_shared = _without_shared(made)
     runs = tuple(without_shared(*one) for one in made)
     speeds = {run.name: run.speed for run in runs}
     fast = _unresolved_order(runs)
-    chosen: list[_Line] = [(float(fast), True, 0.0)] if fast else []
-    remaining = tuple(_without(run, chosen) for run in runs) if fast else runs
+    chosen = [_Line(float(fast), True)] if fast else []
     while runs and len(chosen) < _MOST_CHOSEN:
-        line = _next_line(remaining)
+        line = _next_line([run.without(chosen) for run in runs] if chosen else runs)
         if line is None:
             break
         chosen.append(line)
-        remaining = tuple(_without(run, chosen) for run in runs)
     repeating, shares = _repeating(runs, chosen, speeds)
     if not repeating:
         return OffOrders(campaign, speeds, (), ())
-    all_runs: Iterable[RunOffOrders] = runs
-    if len(numbers) < len(every):
-        all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, every))
-    # Lines that stay are fitted anew without the others.
+    # Lines that stay are fitted anew without the others, to all runs.
+    all_runs = (without_shared(*one) for one in _runs_off_orders(campaign, range(n_runs)))
     fitted, speeds = _fitted_lines(all_runs, [chosen[k] for band in repeating for k in band])
     in_turn = iter(fitted)
     lines = tuple(tuple(islice(in_turn, len(band))) for band in repeating)
@@ -366,9 +387,9 @@ def _unresolved_order(runs: Sequence[RunOffOrders]) -> int:
     if not order:
         return 0
     line = _next_line(runs)
-    of_line = sum(_wave_power(run, *line[:2]) for run in runs) if line else 0.0
-    of_order = sum(_wave_power(run, order, is_order=True) for run in runs)
-    total = sum(float((run.values**2).sum()) for run in runs)
+    of_line = sum(run.power(line) for run in runs) if line else 0.0
+    of_order = sum(run.power(_Line(order, True)) for run in runs)
+    total = sum(run.square for run in runs)
     return order if of_order > max(_STAYS * of_line, _MATERIAL * total) else 0
 
 
@@ -383,7 +404,7 @@ def _repeating(
     repeating, shares = [], []
     for band in _bands(_fitted_lines(runs, chosen)[0], speeds):
         others = [line for k, line in enumerate(chosen) if k not in band]
-        alone = [_without(run, others) for run in runs] if others else list(runs)
+        alone = [run.without(others) for run in runs] if others else list(runs)
         share = _explained(alone, [chosen[k] for k in band])
         if share >= _REPEATS:
             repeating.append(band)
@@ -392,73 +413,45 @@ def _repeating(
 
 
 def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
-    """Position, whether it is an order, p-value of the surest line; None where noise is left."""
-    total = sum(float((run.values**2).sum()) for run in runs)
+    """The surest line; None where noise is left."""
+    total = sum(run.square for run in runs)
     candidates = []
     for is_order in (True, False):
-        position, p_value, resolution = _surest_line(runs, is_order=is_order)
-        if p_value >= _LARGEST_P:
+        surest, resolution = _surest_line(runs, is_order=is_order)
+        if surest.p_value >= _LARGEST_P:
             continue
         # Its frequency, or its order, in the run that shows it most.
-        speed = max(runs, key=lambda run: _wave_power(run, position, is_order)).speed
-        other = position * speed if is_order else position / speed
-        for start, keeps_order in ((position, is_order), (other, not is_order)):
-            refined, power = _refined(runs, start, resolution, keeps_order)
-            if power > _MATERIAL * total and not _is_an_order(runs, refined, keeps_order):
-                preferred = power if keeps_order else power / _STAYS
-                candidates.append((preferred, refined, keeps_order, p_value))
-    if not candidates:
-        return None
-    _, position, is_order, p_value = max(candidates)
-    return position, is_order, p_value
+        speed = max(runs, key=lambda run: run.power(surest)).speed
+        other = surest.position * speed if is_order else surest.position / speed
+        for start in (surest, _Line(other, not is_order, surest.p_value)):
+            line, power = _refined(runs, start, resolution)
+            if power > _MATERIAL * total and not _is_an_order(runs, line):
+                candidates.append((power if line.is_order else power / _STAYS, line))
+    return max(candidates, key=lambda one: one[0])[1] if candidates else None
 
 
-def _is_an_order(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> bool:
+def _is_an_order(runs: Sequence[RunOffOrders], line: _Line) -> bool:
     """Whether a line is nearer to an order than every run resolves."""
-    orders = [position if is_order else position / run.speed for run in runs]
-    pairs = zip(orders, runs, strict=True)
-    return all(abs(n - round(n)) * float(run.turns[-1] - run.turns[0]) <= 1.0 for n, run in pairs)
+    orders = [line.order(run.speed) for run in runs]
+    return all(abs(n - round(n)) * run.n_turns <= 1.0 for n, run in zip(orders, runs, strict=True))
 
 
-def _refined(
-    runs: Sequence[RunOffOrders], position: float, resolution: float, is_order: bool
-) -> tuple[float, float]:
-    """Position at which a wave takes most of the power, and that power."""
+def _refined(runs: Sequence[RunOffOrders], line: _Line, resolution: float) -> tuple[_Line, float]:
+    """Line at which a wave takes most of the power, and that power."""
     half = 2.0 * resolution
-    lowest = max(position - half, _FROM_ZERO * resolution)
+    lowest = max(line.position - half, _FROM_ZERO * resolution)
     best = minimize_scalar(
-        lambda trial: -sum(_wave_power(run, trial, is_order) for run in runs),
-        bounds=(lowest, max(position, lowest) + half),
+        lambda position: -sum(run.power(replace(line, position=position)) for run in runs),
+        bounds=(lowest, max(line.position, lowest) + half),
         method="bounded",
         options={"xatol": 1e-6},
     )
-    return float(best.x), -float(best.fun)
-
-
-def _wave_power(run: RunOffOrders, position: float, is_order: bool) -> float:
-    """Sum of squares over all channels that a wave takes off the orders."""
-    basis = np.linalg.qr(run.without_orders(_waves(run, [(position, is_order, 0.0)])))[0]
-    return float(((run.values @ basis) ** 2).sum())
-
-
-def _waves(run: RunOffOrders, chosen: Sequence[_Line]) -> FloatArray:
-    """Cosine and sine of every line, shape (n, 2 n_lines)."""
-    phases = [
-        2.0 * np.pi * position * (run.turns if is_order else run.time)
-        for position, is_order, _ in chosen
-    ]
-    return np.column_stack([wave(phase) for phase in phases for wave in (np.cos, np.sin)])
+    return replace(line, position=float(best.x)), -float(best.fun)
 
 
 def _solved(waves: FloatArray, values: FloatArray) -> FloatArray:
     """Sizes of the waves in every channel, shape (2 n_lines, C)."""
-    return np.asarray(np.linalg.lstsq(waves, values.T, rcond=1e-8)[0], dtype=np.float64)
-
-
-def _without(run: RunOffOrders, chosen: Sequence[_Line]) -> RunOffOrders:
-    """Run whose lines are fitted together and taken out."""
-    waves = run.without_orders(_waves(run, chosen))
-    return replace(run, values=run.values - (waves @ _solved(waves, run.values)).T)
+    return np.asarray(np.linalg.lstsq(waves, values.T, rcond=_ALIKE)[0], dtype=np.float64)
 
 
 def _fitted_lines(
@@ -467,7 +460,7 @@ def _fitted_lines(
     """Amplitudes of all lines, fitted together off the orders, and their errors."""
     amplitudes, errors, speeds = [], [], {}
     for run in runs:
-        waves = run.without_orders(_waves(run, chosen))
+        waves = run.waves(chosen)
         sizes = _solved(waves, run.values)
         amplitudes.append(sizes[::2] - 1j * sizes[1::2])
         variance = np.mean((run.values - (waves @ sizes).T) ** 2, axis=1)
@@ -475,8 +468,8 @@ def _fitted_lines(
         speeds[run.name] = run.speed
     by_line = np.moveaxis(np.array(amplitudes), 0, 1)
     lines = tuple(
-        OffOrderLine(position, is_order, p_value, by_line[k], np.array(errors))
-        for k, (position, is_order, p_value) in enumerate(chosen)
+        OffOrderLine(**vars(line), amplitudes=of_line, errors=np.array(errors))
+        for line, of_line in zip(chosen, by_line, strict=True)
     )
     return lines, speeds
 
@@ -485,7 +478,7 @@ def _explained(runs: Sequence[RunOffOrders], chosen: Sequence[_Line]) -> float:
     """Share of the lines' power that amplitudes of half of the turns predict in the other."""
     before = after = noise = 0.0
     for run in runs:
-        waves = run.without_orders(_waves(run, chosen))
+        waves = run.waves(chosen)
         rest = run.values - (waves @ _solved(waves, run.values)).T
         is_even = (run.turns // 4.0) % 2.0 == 0.0
         for training in (is_even, ~is_even):
@@ -568,8 +561,7 @@ def _cleaned(
             angle = run.inputs["carrier_angle"]
             turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
             for line in lines:
-                phase = 2.0 * np.pi * line.position * (turns if line.is_order else run.time)
-                wave = np.exp(1j * phase)
+                wave = np.exp(1j * line.phase(turns, run.time))
                 for c, channel in enumerate(campaign.channels):
                     amplitude = line.amplitudes[number[run.name], c]
                     signals[channel.name] = signals[channel.name] - (amplitude * wave).real

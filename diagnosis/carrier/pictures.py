@@ -1,15 +1,9 @@
-"""What models of a carrier leave: order amplitudes, mean turns, and polar plots for the report."""
+"""What models of a carrier leave over one turn: overlays and polar plots for the report."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import count
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.columns import RunColumns, blocks_of_runs
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, CarrierSums
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -21,8 +15,6 @@ from carrierflex.diagnosis.comparison.overlay import (
 )
 from carrierflex.diagnosis.comparison.problem import ComplexArray, Effects, FloatArray, IntArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
-from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.order_analysis import OrderFit
 
 #: Angles of one turn [rad].
 _TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -37,109 +29,20 @@ _NUMBER_WORDS = ("three", "four", "five", "six", "seven", "eight")
 _MOST_PANELS = 6
 
 
-@dataclass(frozen=True, eq=False)
-class ModelResiduals:
-    """Residuals of models by shaft order, and their mean turns."""
-
-    campaign: Campaign  # Records
-    model: CarrierModel  # Columns, runs and channels
-    records: CarrierSums  # Order amplitudes of the measured signals
-    #: Columns of a model's signals and their weights by run and channel, from its effects and
-    #: parameters
-    values: Callable[[Effects, FloatArray], tuple[IntArray, FloatArray]]
-
-    def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
-
-        The last two are cached: map, findings, scalars and overlays are of two models.
-        """
-        return self._cached(effects, tuple(theta.tolist()))
-
-    @cached_property
-    def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        return lru_cache(2)(lambda effects, theta: self._made(effects, np.array(theta)))
-
-    def _made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """The same, not cached: of 500 runs 66 MB."""
-        columns, values = self.values(effects, theta)
-        weights = -values
-        weights[..., 0] += 1.0
-        if self.records.amplitudes.shape[2] == 1:
-            return self._from_records(columns, weights)
-        result = np.empty(self.records.orders.shape, dtype=np.complex128)
-        row = np.zeros((1, self.records.index.size))
-        for r in range(len(weights)):
-            turns = self.records.run_of_revolution == r
-            for c, of_channel in enumerate(weights[r]):
-                row[0, columns] = of_channel
-                by_basis = self.records.by_basis(c, row)[0]
-                result[turns, c] = by_basis @ self.records.amplitudes[turns, c]
-        return result
-
-    def _from_records(self, columns: IntArray, weights: FloatArray) -> ComplexArray:
-        """Order amplitudes of weighted columns, from a pass over the records."""
-        keys = list(self.records.index.numbers)
-        used = [keys[column] for column in columns.tolist()]
-        result = np.full(self.records.orders.shape, np.nan, dtype=np.complex128)
-        highest = self.records.orders.shape[-1] - 1
-        owners = {key[0] for key in used}
-        for r, run in enumerate(self.campaign.within_use().runs):
-            run_columns = RunColumns(run, self.model.source)
-            first = int(np.argmax(self.records.run_of_revolution == r))
-            for c, channel in enumerate(self.campaign.channels):
-                turns = count(first)
-                blocks = [run_columns.blocks(MOST_BLOCKS)]
-                (of_channel,) = blocks_of_runs([run_columns], channel, blocks, owners)
-                for block in of_channel:
-                    rows = block.rows[[block.index.numbers[key] for key in used]]
-                    signal = weights[r, c] @ rows
-                    for revolution, turn in zip(block.revolutions, turns, strict=False):
-                        present = block.present(revolution)
-                        angle = block.inputs.carrier_angle[present]
-                        fit = OrderFit(angle, highest)
-                        if not fit.is_too_sparse:
-                            result[turn, c] = fit.amplitudes(signal[None, present])[0][:, 0]
-        return result
-
-    def pictures(
-        self, effects: Effects, theta: FloatArray, without: FloatArray
-    ) -> tuple[Picture, ...]:
-        """Polar plots of a fitted model; `without` are its parameters without the effects."""
-        residual = self.orders(effects, theta)
-        # Nothing else asks for these.
-        gap = self._made(effects, without) if effects else residual
-        n_planets = self.model.source.rig.n_planets
-        return _carrier_polar(
-            self._turns(gap),
-            self._turns(gap - residual),
-            effects,
-            runs=self.model.runs,
-            channels=self.model.channels,
-            passing=[_pins_passing(one.angle or 0.0, n_planets) for one in self.campaign.channels],
-            highest=gap.shape[-1] - 1,
-        )
-
-    def overlays(self, effects: Effects, theta: FloatArray) -> tuple[Overlay, ...]:
-        """Measured and simulated mean turn of every sensor in every run with a revolution."""
-        measured, gaps = self._measured_turns, self._turns(self.orders(effects, theta))
-        axis = (np.rad2deg(_TURN_ANGLES), "carrier angle", "deg")
-        return tuple(
-            Overlay(run, channel, *axis, measured[r, c], measured[r, c] - gaps[r, c])
-            for r, run in enumerate(self.model.runs)
-            for c, channel in enumerate(self.model.channels)
-            if np.isfinite(measured[r, c]).all()
-        )
-
-    @cached_property
-    def _measured_turns(self) -> FloatArray:
-        """Measured signals over one turn; the overlays of two models share them."""
-        return self._turns(self.records.orders)
-
-    def _turns(self, orders: ComplexArray) -> FloatArray:
-        return _mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
+def model_overlays(
+    measured: FloatArray, gaps: FloatArray, runs: Sequence[str], channels: Sequence[str]
+) -> tuple[Overlay, ...]:
+    """Measured and simulated mean turn of every sensor in every run with a revolution."""
+    axis = (np.rad2deg(_TURN_ANGLES), "carrier angle", "deg")
+    return tuple(
+        Overlay(run, channel, *axis, measured[r, c], measured[r, c] - gaps[r, c])
+        for r, run in enumerate(runs)
+        for c, channel in enumerate(channels)
+        if np.isfinite(measured[r, c]).all()
+    )
 
 
-def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
+def mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
     """Mean turns ``Re(sum_n Y(n) exp(j n theta))`` of every run, shape (n_runs, C, 181) [m]."""
     waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _TURN_ANGLES))
     turns = np.full((n_runs, orders.shape[1], _TURN_ANGLES.size), np.nan)
@@ -151,7 +54,7 @@ def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) 
     return turns
 
 
-def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
+def pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
     """Carrier angles [rad] at which the pins pass a sensor, by the number of the pin."""
     return {
         str(pin + 1): float((sensor_angle - 2.0 * np.pi * pin / n_planets) % (2.0 * np.pi))
@@ -159,7 +62,7 @@ def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
     }
 
 
-def _carrier_polar(
+def polar_pictures(
     gap: FloatArray,
     law: FloatArray,
     effects: Effects,

@@ -8,22 +8,21 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import (
     CarrierModel,
-    EffectRows,
     contained_channels,
     effect_rows,
     rows_at,
 )
-from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.carrier.problem import CarrierProblem, steady_run
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
-    RunColumns,
     blocks_of_runs,
     columns_of_campaign,
     largest_load,
     mean_load,
+    mean_speed,
     typical_speed,
 )
-from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.planning.plan import PlannedTable, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
@@ -43,7 +42,6 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.stage.stage_data import MountingData
 
-_DIRECTIONS = {"y": (1.0, 0.0), "-y": (-1.0, 0.0), "z": (0.0, 1.0), "-z": (0.0, -1.0)}
 #: Effects that a radial load without a record has, and the columns of its record.
 _FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
 
@@ -83,7 +81,14 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
         runs=tuple(_blank(run, sensors) for run in runs),
     )
     additions = [
-        Addition(SENSOR, _sensor_text(sensor), once, (*channels, sensor.name), costs.sensor)
+        Addition(
+            SENSOR,
+            f"{'an axial' if sensor.quantity == AXIAL else 'a radial'} sensor at "
+            f"{np.rad2deg(sensor.angle or 0.0) % 360:.0f} deg",
+            once,
+            (*channels, sensor.name),
+            costs.sensor,
+        )
         for sensor in sensors
     ]
     for names in _sets_of_loads(loads):
@@ -104,7 +109,7 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
 def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
     """Loads that no planned run has."""
     nominal = float(campaign.rig["nominal_torque"])
-    speed = max(map(_speed, campaign.runs), key=abs)
+    speed = max(map(mean_speed, campaign.runs), key=abs)
     has_radial = "ntl_y" in campaign.contract.inputs
     full = min(nominal, limits.torque)
     loads = [
@@ -113,16 +118,19 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
         if s * nominal <= limits.torque
     ]
     loads.append(_Load("slow", "full torque at 0.5 of the speed", full, 0.0, 0.0, 0.5 * speed))
-    for torque, along, share in product((0.25, 1.0), _DIRECTIONS if has_radial else (), (0.5, 1.0)):
+    directions = ("y", "-y", "z", "-z") if has_radial else ()
+    for torque, along, share in product((0.25, 1.0), directions, (0.5, 1.0)):
         force = share * limits.radial_load
-        y, z = _DIRECTIONS[along]
+        signed = -force if along.startswith("-") else force
+        y, z = (signed, 0.0) if along.endswith("y") else (0.0, signed)
         text = f"{torque:.0%} torque with {force / 1e3:g} kN along {along}"
-        name = f"torque {torque:g} {along} {share:g}"
-        loads.append(_Load(name, text, torque * full, y * force, z * force, speed))
+        loads.append(
+            _Load(f"torque {torque:g} {along} {share:g}", text, torque * full, y, z, speed)
+        )
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
     planned = np.array(
         [
-            [*(mean_load(run, name) for name in ("torque", *_NTL)), _speed(run)]
+            [*(mean_load(run, name) for name in ("torque", *_NTL)), mean_speed(run)]
             for run in campaign.runs
         ]
     )
@@ -177,11 +185,6 @@ def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
     return sensors
 
 
-def _sensor_text(channel: Channel) -> str:
-    words = "an axial" if channel.quantity == AXIAL else "a radial"
-    return f"{words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg"
-
-
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
     blank = {channel.name: np.zeros(run.time.size) for channel in channels}
     predictions = {**run.predictions, **blank} if run.predictions else {}
@@ -193,21 +196,9 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
     rate = max(float(rate), 36 * abs(load.speed) / (2.0 * np.pi))
     time = np.arange(round(seconds * rate) + 1) / rate
-    columns = {
-        "carrier_angle": load.speed * time,
-        "torque": np.full(time.size, load.torque),
-        "ntl_y": np.full(time.size, load.ntl_y),
-        "ntl_z": np.full(time.size, load.ntl_z),
-    }
-    inputs = {name: columns[name] for name in campaign.runs[0].inputs if name in columns}
-    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
-    predictions = blank if campaign.runs[0].predictions else {}
-    return Run(load.name, f"{load.name}.csv", load.text, time, inputs, blank, predictions)
-
-
-def _speed(run: Run) -> float:
-    angle = run.inputs["carrier_angle"]
-    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
+    loads = (load.torque, load.ntl_y, load.ntl_z)
+    run = steady_run(campaign, load.name, load.text, time, load.speed * time, loads)
+    return replace(run, predictions=run.signals) if campaign.runs[0].predictions else run
 
 
 def carrier_planned_table(
@@ -229,36 +220,32 @@ def carrier_planned_table(
     noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
     noise[:n_channels] = problem.noise
     contained = contained_channels(model)
-    of_run = _rows_of_load(model) if _has_no_recorded_load(problem.campaign) else 0
+    of_run = _rows_of_load(model, problem.campaign)
     n_columns = rows.size + of_run * n_runs
     products = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
-        columns = RunColumns(run, model.source)
-        for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
-            gram, n_samples = np.zeros((n_columns, n_columns)), 0
-            (of_channel,) = blocks_of_runs([columns], channel, [columns.blocks(1)], model.effects)
-            for block in of_channel:
-                numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
-                present = block.all_present
-                signatures = weights @ block.rows[:, present]
-                if of_run and r < n_runs:
-                    loads = _unrecorded_rows(model, channel, block.inputs, limits.radial_load)
-                    signatures = np.concatenate([signatures, loads[:, present]])
-                    at_end = rows.size + of_run * r + np.arange(of_run)
-                    numbers = np.concatenate([numbers, at_end])
-                gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
-                n_samples += present.size
-            products.append((gram, r, c, float(n_samples)))
+        sensors = pool.channels[: None if r < n_runs else n_channels]
+        for c, (block,) in blocks_of_runs([run], sensors, model.source, 1, model.effects):
+            present = block.present
+            numbers, weights = rows_at(rows.groups, r, c, len(present))
+            signatures = weights @ present
+            if of_run and r < n_runs:
+                loads = _unrecorded_rows(model, sensors[c], block.inputs, limits.radial_load)
+                signatures = np.concatenate([signatures, loads])
+                at_end = rows.size + of_run * r + np.arange(of_run)
+                numbers = np.concatenate([numbers, at_end])
+            gram = np.zeros((n_columns, n_columns))
+            gram[np.ix_(numbers, numbers)] = signatures @ signatures.T / noise[c]
+            products.append((gram, r, c, float(present.shape[1])))
     grams, runs, channels, counts = map(np.array, zip(*products, strict=True))
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
-    of_effects = _signatures(rows)
+    of_effects = tuple(
+        Signature(*key, tuple(columns.tolist())) for key, columns in rows.variants.items()
+    )
     sizes = np.ones(n_columns)
-    sizes[1 : rows.size] = [
-        *(unknown.scale for unknown in unknowns),
-        *_by_row(of_effects, scales, model),
-    ]
+    sizes[1 : 1 + base.size] = [unknown.scale for unknown in unknowns]
     precision = [
         (unknown.scale / unknown.prior_std) ** 2 if unknown.is_free else np.inf
         for unknown in unknowns
@@ -267,9 +254,11 @@ def carrier_planned_table(
     of_curves = [k for k, unknown in enumerate(unknowns) if unknown.effect == CURVE_ERROR]
     bound[[1 + k for k in of_curves]] = [unknowns[k].upper / unknowns[k].scale for k in of_curves]
     for signature in of_effects:
+        columns, last = list(signature.columns), model.effects[signature.effect].parameters[-1]
+        change = 0.0 if last.absent_at is None else abs(signature.variant[0] - last.absent_at)
+        sizes[columns] = np.array(scales[signature.effect]) / (change or 1.0)
         if body_of_effect(signature.effect):
-            (change,) = model.effects[signature.effect].parameters
-            bound[list(signature.columns)] = change.upper / change.scale
+            bound[columns] = last.upper / last.scale
     return PlannedTable(
         grams * np.outer(sizes, sizes),
         base.size,
@@ -289,14 +278,11 @@ def carrier_planned_table(
     )
 
 
-def _has_no_recorded_load(campaign: Campaign) -> bool:
-    """Whether the rig may have a radial load and no run has one on record."""
+def _rows_of_load(model: CarrierModel, campaign: Campaign) -> int:
+    """Columns of a run for a radial load along y and z that no run of a rig has on record."""
     is_possible = "ntl_y" in campaign.contract.inputs
-    return is_possible and not any(run.inputs[name].any() for run in campaign.runs for name in _NTL)
-
-
-def _rows_of_load(model: CarrierModel) -> int:
-    """Columns of a run for a radial load along y and along z."""
+    if not is_possible or any(run.inputs[name].any() for run in campaign.runs for name in _NTL):
+        return 0
     return len(_NTL) * sum(len(model.effects[name].parameters) for name in _FOLLOW_LOAD)
 
 
@@ -352,45 +338,14 @@ def _scales(
         choice = {**contained, name: 0} if one else contained
         sizes = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
         scales[name] = [p.scale for p in sizes]
-        first[name] = replace(sizes[0], name=_published(sizes[0], one))
-        nearest = _nearest_change(model, name)
-        if nearest:
-            shape = model.effects[name].parameters[-1]
+        published = sizes[0].name.rpartition("_")[0] if one else sizes[0].name
+        pair = sizes[0].pair
+        first[name] = replace(sizes[0], name=published if pair is None else pair.size)
+        shape = model.effects[name].parameters[-1]
+        if shape.absent_at is not None:
+            # A quantity that has a value without the effect: its smallest change.
+            nodes = np.array(model.source.shape_nodes(model.effects[name]))
+            nearest = float(np.abs(nodes[nodes != shape.absent_at] - shape.absent_at).min())
             scales[name] = [nearest]
             first[name] = replace(shape, name=f"change of {shape.name}", scale=nearest)
     return scales, first
-
-
-def _nearest_change(model: CarrierModel, effect: str) -> float:
-    """Smallest change of a quantity that has a value without the effect; 0 of another effect."""
-    absent = model.effects[effect].parameters[-1].absent_at
-    if absent is None:
-        return 0.0
-    changes = np.abs(np.array(model.source.shape_nodes(model.effects[effect])) - absent)
-    return float(changes[changes > 0.0].min())
-
-
-def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
-    if parameter.pair is not None:
-        return parameter.pair.size
-    return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
-
-
-def _by_row(
-    signatures: Sequence[Signature], scales: Mapping[str, list[float]], model: CarrierModel
-) -> Iterator[float]:
-    """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
-    for signature in signatures:
-        absent = model.effects[signature.effect].parameters[-1].absent_at
-        change = 1.0 if absent is None else abs(signature.variant[0] - absent)
-        yield from (scale / (change or 1.0) for scale in scales[signature.effect])
-
-
-def _signatures(rows: EffectRows) -> tuple[Signature, ...]:
-    """Columns by effect and variant."""
-    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-    for k, key in enumerate(zip(rows.owners, rows.variants, strict=True)):
-        groups.setdefault(key, []).append(1 + rows.n_base + k)
-    return tuple(
-        Signature(effect, variant, tuple(columns)) for (effect, variant), columns in groups.items()
-    )

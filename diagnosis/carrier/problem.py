@@ -3,9 +3,9 @@
 Its library, and everything else as algebra on sums over the records.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any, Self
 
 import numpy as np
@@ -22,9 +22,15 @@ from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carr
 from carrierflex.diagnosis.carrier.misread import CarrierReading
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import ModelResiduals
+from carrierflex.diagnosis.carrier.pictures import (
+    mean_turns,
+    model_overlays,
+    pins_passing,
+    polar_pictures,
+)
 from carrierflex.diagnosis.carrier.records.columns import (
     SAME_CONDITION,
+    SAMPLES_A_TURN,
     ColumnSource,
     largest_load,
     mean_load,
@@ -33,6 +39,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     accumulated_sums,
+    normal_sums,
     segment_squares,
 )
 from carrierflex.diagnosis.carrier.wiring import LinearBaseline
@@ -43,6 +50,7 @@ from carrierflex.diagnosis.comparison.known_physics import KnownPhysics, Misread
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    ComplexArray,
     Effects,
     FloatArray,
     IntArray,
@@ -53,6 +61,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
+from carrierflex.diagnosis.inference.planning.results import RigLimits
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
@@ -80,9 +89,6 @@ from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.run_cases import RADIAL
 from carrierflex.simulation.laws import Law
 
-#: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
-#: cases.
-_RADIAL_LOAD = 200e3
 #: rho_s over rho_f for a rigid fit of the pins, and the error of a curve by its mesh.
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 #: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
@@ -92,8 +98,8 @@ _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
 #: opposite sign.
 _RIDGE = 1e-9
+#: Revolutions of a run of an experiment that was not made.
 _REVOLUTIONS = 4
-_SAMPLES = 144
 _Load = tuple[float, float, float]
 _LOADS = ("torque", "ntl_y", "ntl_z")
 #: Comparison problem that measured what a model predicts under the inputs of another campaign.
@@ -259,37 +265,38 @@ class CarrierProblem(ComparisonProblem):
         self, effects: Effects, theta: FloatArray, chosen: BoolArray, free: BoolArray | None = None
     ) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        square = np.zeros(len(self.segments))
         of_slices = []
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            segments = self.records.segments_of(runs)
-            of_segment = table.unknowns[self.records.run_in_slice(runs)]
+        for table, run, some, gram in self._slices(effects, theta, chosen):
+            of_segment = table.unknowns[run]
             matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
-            some = np.flatnonzero(chosen[segments])
-            run = self.records.run_in_slice(runs)[some]
-            gram = self.records.gram_of_slice(table.columns, runs)[some]
-            residual, slopes = table.residual[run], table.slopes[run]
-            products = slopes @ gram
-            matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
-            right_side = np.zeros(of_segment.shape)
-            right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
-            square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
-            of_slices.append((matrix, right_side, of_segment))
-        matrix, right_side, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
+            right_side, square = np.zeros(of_segment.shape), np.zeros(run.size)
+            residual, slopes = table.residual[run[some]], table.slopes[run[some]]
+            matrix[some], right_side[some] = normal_sums(slopes, gram, residual)
+            square[some] = segment_squares(residual, gram).sum(axis=1)
+            of_slices.append((matrix, right_side, square, of_segment))
+        matrix, right_side, square, unknowns = map(np.concatenate, zip(*of_slices, strict=True))
         return SegmentSums(matrix, right_side, square, unknowns, theta.size)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
         result = np.zeros(self.records.counts.shape)
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            segments = self.records.segments_of(runs)
-            some = np.flatnonzero(chosen[segments])
-            gram = self.records.gram_of_slice(table.columns, runs)[some]
-            residual = table.residual[self.records.run_in_slice(runs)[some]]
-            result[segments.start + some] = segment_squares(residual, gram)
+        result[chosen] = np.concatenate(
+            [
+                segment_squares(table.residual[run[some]], gram)
+                for table, run, some, gram in self._slices(effects, theta, chosen)
+            ]
+        )
         return result
+
+    def _slices(
+        self, effects: Effects, theta: FloatArray, chosen: BoolArray
+    ) -> Iterator[tuple[WeightTable, IntArray, IntArray, FloatArray]]:
+        """Weights, run of each segment, numbers and products of the chosen ones, by slice."""
+        for runs in self.records.slices:
+            table = self.model.weights(effects, self._choice(effects), theta, runs)
+            some = np.flatnonzero(chosen[self.records.segments_of(runs)])
+            gram = self.records.gram_of_slice(table.columns, runs)[some]
+            yield table, self.records.run_in_slice(runs), some, gram
 
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
         """Lines and bands off the orders."""
@@ -319,21 +326,38 @@ class CarrierProblem(ComparisonProblem):
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
-        without = theta.copy()
-        for k, parameter in enumerate(self.parameters(effects)):
-            if parameter.effect in effects and not parameter.shape:
-                without[k] = 0.0
-        return self._residuals.pictures(effects, theta, without)
+        residual = gap = self._orders_left(effects, tuple(theta.tolist()))
+        if effects:
+            sizes = [p.effect in effects and not p.shape for p in self.parameters(effects)]
+            # Nothing else asks for these.
+            gap = self._made_orders(effects, np.where(sizes, 0.0, theta))
+        runs, n_planets = self.model.runs, self.model.source.rig.n_planets
+        return polar_pictures(
+            self._turns(gap),
+            self._turns(gap - residual),
+            effects,
+            runs=runs,
+            channels=self.model.channels,
+            passing=[pins_passing(one.angle or 0.0, n_planets) for one in self.campaign.channels],
+            highest=gap.shape[-1] - 1,
+        )
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        return self._residuals.overlays(effects, theta)
+        gaps = self._turns(self._orders_left(effects, tuple(theta.tolist())))
+        return model_overlays(self._measured_turns, gaps, self.model.runs, self.model.channels)
+
+    @cached_property
+    def _measured_turns(self) -> FloatArray:
+        """Measured signals over one turn; the overlays of two models share them."""
+        return self._turns(self.records.orders)
+
+    def _turns(self, orders: ComplexArray) -> FloatArray:
+        return mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
 
     def for_laws(self, laws: Effects) -> Self:
         """The same with the effects of some laws: experiments hold no columns of the others."""
-        effects = {name: self.model.effects[name] for name in (*self.model.contained, *laws)}
-        source = replace(self.model.source, effects=effects)
-        return replace(self, model=replace(self.model, source=source))
+        return replace(self, model=self.model.of_set(laws))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied, and a radial sensor where the carrier is as drawn."""
@@ -342,7 +366,7 @@ class CarrierProblem(ComparisonProblem):
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
         fitted = (effects, theta, self._choice(effects))
-        return CarrierReading(self.campaign, self.model, self.records, *fitted).misread()
+        return CarrierReading(self.campaign, self.model, *fitted).misread()
 
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
         """What a first derivative misses of a change of the drawing, each by itself."""
@@ -355,7 +379,7 @@ class CarrierProblem(ComparisonProblem):
 
     def wiring(self, campaign: Campaign) -> WiringChecks:
         """What can be tried of the wiring of its campaign, without lines off the orders."""
-        return LinearBaseline(self.model, self.campaign, self.parameters).checks()
+        return LinearBaseline(self.model, self.campaign).checks()
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """Problem that measured what a model predicts under the inputs of another campaign.
@@ -380,29 +404,26 @@ class CarrierProblem(ComparisonProblem):
 
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
-        orders = self._residuals.orders(effects, theta)
+        orders = self._orders_left(effects, tuple(theta.tolist()))
         fitted = (*self.model.contained, *effects)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion, fitted)
 
     @cached_property
-    def _residuals(self) -> ModelResiduals:
-        return ModelResiduals(self.campaign, self.model, self.records, self._values)
+    def _orders_left(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
+        """Order amplitudes of what a model leaves, shape (R, C, n + 1); NaN where too sparse.
 
-    def _weights(self, effects: Effects, theta: FloatArray, runs: slice) -> WeightTable:
-        return self.model.weights(effects, self._choice(effects), theta, runs)
+        The last two are cached: map, findings, scalars and overlays are of two models.
+        """
+        return lru_cache(2)(lambda effects, theta: self._made_orders(effects, np.array(theta)))
 
-    def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Columns of a model's signals and their weights by run and channel."""
-        tables = []
-        for runs in self.records.slices:
-            table = self._weights(effects, theta, runs)
-            # Without the derivatives, which are many times as large.
-            tables.append((runs, table.columns, table.values))
-        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
-        values = np.zeros((len(self.campaign.runs), self.noise.size, columns.size))
-        for runs, used, of_slice in tables:
-            values[runs, :, np.searchsorted(columns, used)] = of_slice
-        return columns, values
+    def _made_orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """The same, not cached: of 500 runs 66 MB."""
+        result = np.empty_like(self.records.orders)
+        model, choice = self.model.of_set(effects), self._choice(effects)
+        for c, block, (table,) in model.blocks(self.campaign, effects, choice, theta):
+            signal = table.residual[0, c] @ block.rows[table.columns]
+            result[block.turns, c] = block.orders(signal, result.shape[-1] - 1)[0]
+        return result
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -463,9 +484,7 @@ class CarrierProblem(ComparisonProblem):
             table = self.model.weights(effects, choice, theta, runs)
             gram = self.records.gram_of_runs(table.columns, runs)
             residual, unknowns = table.residual, table.unknowns
-            products = table.slopes @ gram
-            of_runs = (products @ np.swapaxes(table.slopes, 2, 3)).sum(axis=1)
-            right_of_runs = (products @ residual[..., None])[..., 0].sum(axis=1)
+            of_runs, right_of_runs = normal_sums(table.slopes, gram, residual)
             np.add.at(matrix, (unknowns[:, :, None], unknowns[:, None, :]), of_runs)
             np.add.at(right, unknowns, right_of_runs)
             square += float(((gram @ residual[..., None])[..., 0] * residual).sum())
@@ -501,7 +520,7 @@ def carrier_problem(
     _refuse_silent_channels(campaign.within_use())
     motion = off_orders(campaign)
     campaign = motion.campaign
-    rig = carrier_rig(campaign, curves)
+    rig = carrier_rig(campaign.rig, curves)
     known = known_physics(campaign)
     contained = tuple(campaign.baseline.effects)
     radial = tuple(RADIAL_MOTION.values()) if _has_radial(campaign) else ()
@@ -578,7 +597,7 @@ def _experiments(
     """Steps of torque, of radial load along z and y, and radial loads at low torque."""
     nominal = source.rig.nominal_torque
     size = source.largest_load
-    force = size if size > 1.0 else _RADIAL_LOAD
+    force = size if size > 1.0 else RigLimits().radial_load
     recorded = np.array([[mean_load(run, name) for name in _LOADS] for run in campaign.runs])
     recorded /= (nominal, force, force)
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
@@ -629,17 +648,30 @@ def _steady_runs(
 ) -> Campaign:
     """Campaign of steady runs with some channels more; its signals are blank."""
     channels = (*campaign.channels, *added)
-    n = _REVOLUTIONS * _SAMPLES + 1
-    angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
-    blank = {channel.name: np.zeros(n) for channel in channels}
+    angle = 2.0 * np.pi * np.arange(_REVOLUTIONS * SAMPLES_A_TURN + 1) / SAMPLES_A_TURN
     runs = []
     for k, load in enumerate(loads, start=1):
-        columns = {"carrier_angle": angle}
-        columns |= {name: np.full(n, one) for name, one in zip(_LOADS, load, strict=True)}
-        inputs = {name: one for name, one in columns.items() if name in campaign.contract.inputs}
-        runs.append(Run(f"step {k}", f"step{k}.csv", f"step {k}", angle / speed, inputs, blank))
+        run = steady_run(campaign, f"step {k}", f"step {k}", angle / speed, angle, load)
+        blank = {channel.name: np.zeros(angle.size) for channel in channels}
+        runs.append(replace(run, signals=blank))
     baseline = replace(campaign.baseline, source="model")
     return replace(campaign, channels=channels, runs=tuple(runs), baseline=baseline)
+
+
+def steady_run(
+    campaign: Campaign,
+    name: str,
+    condition: str,
+    time: FloatArray,
+    angle: FloatArray,
+    loads: Sequence[float],
+) -> Run:
+    """Run under constant torque and radial load along y and z; its signals are blank."""
+    columns = {one: np.full(time.size, value) for one, value in zip(_LOADS, loads, strict=True)}
+    columns["carrier_angle"] = angle
+    inputs = {one: columns[one] for one in campaign.contract.inputs if one in columns}
+    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
+    return Run(name, f"{name}.csv", condition, time, inputs, blank)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:
@@ -682,13 +714,10 @@ def _scatter(records: CarrierSums) -> FloatArray:
     weight = np.where(np.arange(target.shape[2]) == 0, 1.0, 0.5)
     change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)
     fitted = 2.0 * target.shape[2] - 1.0
-    result = np.full(target.shape[1], np.nan)
-    for c, (square, degrees) in enumerate(records.within.sum(axis=0)):
-        if degrees <= 0.0:
-            continue
-        result[c] = square / degrees
-        complete = np.isfinite(change[:, c])
-        if complete.any():
-            n = degrees / np.count_nonzero(records.within[:, c, 1] > 0.0) + fitted
-            result[c] = (square / degrees) * (n - fitted) / n + change[complete, c].mean()
-    return result
+    square, degrees = records.within.sum(axis=0).T
+    white = square / np.where(degrees > 0.0, degrees, np.nan)
+    n = degrees / np.maximum(np.count_nonzero(records.within[..., 1], axis=0), 1) + fitted
+    complete = np.isfinite(change)
+    n_changes = np.count_nonzero(complete, axis=0)
+    mean_change = np.where(complete, change, 0.0).sum(axis=0) / np.maximum(n_changes, 1)
+    return np.where(n_changes > 0, white * (n - fitted) / n + mean_change, white)

@@ -4,7 +4,7 @@ The baseline is linear in its parameters, so that a campaign with a corrected wi
 least-squares problem in sums of products, of every signal with the columns of every sensor.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import permutations
@@ -13,7 +13,13 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.columns import groups_within, in_a_row, inputs_of
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, IntArray, Parameter
+from carrierflex.diagnosis.carrier.records.sums import IN_MEMORY
+from carrierflex.diagnosis.comparison.problem import (
+    Effects,
+    FloatArray,
+    IntArray,
+    bounds_of,
+)
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import Fault, PredictedRecord, WiringChecks, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
@@ -29,9 +35,6 @@ from carrierflex.simulation.laws import Law
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Bytes of all records with their prediction, and of columns that are in memory at once.
-_MOST_RECORDS = 300_000_000
-_MOST_COLUMNS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,6 @@ class LinearBaseline:
 
     model: CarrierModel  # Effects, contained ones among them
     campaign: Campaign  # Records
-    parameters: Callable[[Effects], tuple[Parameter, ...]]  # Unknowns of a set, with their bounds
     laws: Effects = ()  # Laws beside the baseline, linear at the shapes with which they were fitted
     values: Mapping[tuple[str, str], float] = field(default_factory=dict)  # Those of their fit
 
@@ -70,7 +72,7 @@ class LinearBaseline:
         """Columns of every run, shape (C, q, n), without those of other runs' values."""
         sensors = [rim_sensor(channel) for channel in self.campaign.channels]
         n_columns = sum(map(_n_columns, self.effects))
-        most = _MOST_COLUMNS // (8 * n_columns * len(self.campaign.channels))
+        most = IN_MEMORY // (8 * n_columns * len(self.campaign.channels))
         for group in groups_within([run.time.size for run in runs], most):
             some = runs[group.start : group.stop]
             inputs = in_a_row([inputs_of(run) for run in some])
@@ -91,34 +93,22 @@ class LinearBaseline:
         return np.concatenate(columns)
 
     @cached_property
-    def numbers(self) -> list[IntArray]:
-        """Numbers of the columns of every run among the p of all runs."""
-        n_runs = len(self.campaign.runs)
-        sizes = np.array([_n_columns(effect) for effect in self.effects])
-        is_of_run = np.array([effect.per_run for effect in self.effects])
-        n_all = sizes * np.where(is_of_run, n_runs, 1)
-        first = np.repeat(np.cumsum(n_all) - n_all, sizes)
-        step = np.repeat(sizes * is_of_run, sizes)
-        of_effect = np.concatenate([np.arange(size) for size in sizes])
-        return list(first + of_effect + np.arange(n_runs)[:, None] * step)
-
-    @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds of the p parameters; a value that the baseline fixes stays where it is."""
-        known = {(p.effect, p.name, p.run): p for p in self.parameters(self.laws)}
-        runs = [run.name for run in self.campaign.runs]
-        unknowns = [
-            known[effect.id, parameter.name, run]
-            for effect in self.effects
-            for run in (runs if effect.per_run else (None,))
-            for parameter in effect.parameters[: _n_columns(effect)]
-        ]
-        return np.array([p.lower for p in unknowns]), np.array([p.upper for p in unknowns])
+    def unknowns(self) -> tuple[list[IntArray], tuple[FloatArray, FloatArray]]:
+        """Numbers of the columns of every run among the p of all runs, and the bounds of these."""
+        # A value that the baseline fixes stays where it is.
+        model = replace(self.model, contained=tuple(effect.id for effect in self.effects))
+        parameters, (_, of_runs) = model.parameters((), {}), model.unknowns(())
+        is_column = np.array([not parameter.shape for parameter in parameters], dtype=bool)
+        number = np.cumsum(is_column) - 1
+        lower, upper = bounds_of(parameters)
+        numbers = [number[of_run[is_column[of_run]]] for of_run in of_runs]
+        return numbers, (lower[is_column], upper[is_column])
 
     def products(self, orders: Sequence[Sequence[int]]) -> _Products:
         """Products for every order of the sensors, summed run by run."""
         channels = self.campaign.channels
-        p = len(self.bounds[0])
+        numbers, (lower, _) = self.unknowns
+        p = lower.size
         matrix, right = np.zeros((len(orders), p, p)), np.zeros((len(orders), p))
         square = count = 0.0
         runs = self.campaign.runs
@@ -126,7 +116,7 @@ class LinearBaseline:
             signals = _signals(run, channels)
             known = np.isfinite(signals)
             signals = np.where(known, signals, 0.0)
-            of_run = self.numbers[number]
+            of_run = numbers[number]
             # Where no sample is missing the products of a sensor are the same for every signal.
             complete = columns @ np.swapaxes(columns, 1, 2)
             partial = {
@@ -148,7 +138,7 @@ class LinearBaseline:
     def solved(self, products: _Products, order: int = 0) -> tuple[FloatArray, float]:
         """Bounded least squares for one of the orders; parameters and mean square."""
         matrix, right = products.matrix[order], products.right[order]
-        bounds = Bounds(*self.bounds)
+        bounds = Bounds(*self.unknowns[1])
         start = bounds.clipped(np.zeros(right.size))
         sums = CostSums(products.square, matrix, right - matrix @ start, None)
         is_free = np.ones(right.size, dtype=bool)
@@ -178,9 +168,9 @@ class LinearBaseline:
         """Why no record is beside its prediction (both would fill the memory), or empty."""
         channels, runs = self.campaign.channels, self.campaign.runs
         size = 16 * len(channels) * sum(run.time.size for run in runs)
-        if self.campaign.baseline.source != "model" or size <= _MOST_RECORDS:
+        if self.campaign.baseline.source != "model" or size <= 2 * IN_MEMORY:
             return ""
-        most = f"{_MOST_RECORDS / 1e6:.0f} MB"
+        most = f"{2 * IN_MEMORY / 1e6:.0f} MB"
         return f"records and prediction take {size / 1e6:.0f} MB, at most {most}"
 
     def predictions(self) -> tuple[PredictedRecord, ...]:
@@ -190,7 +180,7 @@ class LinearBaseline:
         (theta, _), runs, channels = self.as_declared(), self.campaign.runs, self.campaign.channels
         return tuple(
             PredictedRecord(run.name, run.time, _signals(run, channels).T, (theta[of] @ columns).T)
-            for run, columns, of in zip(runs, self.by_run(runs), self.numbers, strict=True)
+            for run, columns, of in zip(runs, self.by_run(runs), self.unknowns[0], strict=True)
         )
 
     def records(self) -> Iterator[LinearRecord]:
@@ -203,13 +193,13 @@ class LinearBaseline:
         # Columns of the run itself first.
         is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
         order = np.argsort(~is_of_run, kind="stable")
-        most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
+        most = IN_MEMORY // (8 * is_of_run.size * len(channels))
         # Delay and gain are of all samples: every second one of a long run tells them too.
         runs = [
             record.thinned(-(-record.time.size // max(most, 1)))
             for record in self.campaign.within_use().runs
         ]
-        for run, of_sensors, numbers in zip(runs, self.by_run(runs), self.numbers, strict=True):
+        for run, of_sensors, numbers in zip(runs, self.by_run(runs), self.unknowns[0], strict=True):
             columns = np.ascontiguousarray(of_sensors[:, order].transpose(1, 2, 0))
             predicted = np.einsum("p,pnc->nc", theta[numbers[order]], columns)
             residual = _signals(run, channels).T - predicted

@@ -21,7 +21,7 @@ from carrierflex.diagnosis.carrier.model import (
     is_held,
     rows_at,
 )
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.carrier.records.sums import IN_MEMORY, ROUNDING, CarrierSums
 from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import (
@@ -99,23 +99,17 @@ CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
 CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
 _SENSOR_EFFECTS = {law: shape for law, shape in CLASS_OF_LAW.items() if law.startswith("sensor_")}
-#: Blocks of a run, and of all runs together, that the table keeps, and folds of blocks where
-#: conditions are few.
+#: Blocks of a run that the table keeps, and folds of blocks where conditions are few.
 _BLOCKS_A_RUN = 4
-_MOST_BLOCKS = 96
-#: The products of all blocks take so much memory [bytes], but blocks stay enough to tell how far a
-#: score varies from one to the next.
-_MOST_MEMORY = 150e6
+#: Blocks that are enough to tell how far a score varies from one to the next; four times as many
+#: where memory holds their products.
 _FEWEST_BLOCKS = 24
-#: Fewer torques leave open what a class follows.
-_FEWEST_TORQUES = 3
-#: Directions of a run's own parameters below this share of the largest are rounding.
-_ROUNDING = 1e-10
 _TORQUES_NOTE = "fewer than three torques: what a class follows cannot be determined"
 _OFFSET_NOTE = "the offset of every run is fitted to it: whether one is missing is not compared"
-#: Penalties that the folds choose from: down to none for gaps of hundreds of floors.
-_RIDGES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
-_CONSTANTS = ClassConstants(ridges=_RIDGES, second_cause=FURTHER_CAUSE)
+#: The folds choose from penalties down to none, for gaps of hundreds of floors.
+_CONSTANTS = ClassConstants(
+    ridges=(1e-12, 1e-10, *ClassConstants.ridges), second_cause=FURTHER_CAUSE
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +134,7 @@ def carrier_class_table(
         return None
     source = model.source
     scale = np.array([source.rig.nominal_torque, source.largest_load, source.largest_load])
-    runs = range(len(model.runs))
-    means = np.array([records.loads[records.run_of_revolution == r].mean(axis=0) for r in runs])
+    means = records.mean_loads
     n_torques = torque_levels(means[:, 0] / scale[0])
     of_all_runs = tuple(name for name in candidates if not model.effects[name].per_run)
     effects = effect_rows(model, of_all_runs, base)
@@ -155,7 +148,7 @@ def carrier_class_table(
     conditions = [records.segments[p].condition for p in first.tolist()]
     # Without the condition of one of two torques nothing tells what follows torque from what does
     # not: only amplitudes at the torques that were fitted can be predicted.
-    has_torques = n_torques >= _FEWEST_TORQUES
+    has_torques = n_torques >= FEWEST_CONDITIONS
     has_conditions = has_torques and len(set(conditions)) >= FEWEST_CONDITIONS
     run = records.run_of_segment[first]
     if has_conditions:
@@ -230,20 +223,23 @@ def _groups_of_model(
     model: CarrierModel, rows: "_TableRows", unit: FloatArray
 ) -> dict[str, ColumnGroup]:
     """Causes of every body, each penalised by its change over its tolerance; those of the stage."""
-    owners = np.array(rows.effects.owners)
-    bodies = np.array([body_of_effect(owner) for owner in rows.effects.owners])
+    members: dict[str, list[str]] = {}
+    for (owner, _), numbers in rows.effects.variants.items():
+        body, of_stage = body_of_effect(owner), group_of_effect(owner)
+        if body or of_stage:
+            name = f"{_MODEL}:{body}" if body else f"{STAGE}:{of_stage}"
+            members.setdefault(name, []).extend([owner] * numbers.size)
     groups = {}
-    for body in dict.fromkeys(filter(None, bodies.tolist())):
-        columns = rows.of_row[1 + rows.effects.n_base + np.flatnonzero(bodies == body)]
-        std = [model.effects[owner].parameters[0].scale for owner in owners[bodies == body]]
-        weight = (unit[columns] / np.array(std)) ** 2
-        groups[f"{_MODEL}:{body}"] = ColumnGroup(columns, np.diag(weight / weight.mean()))
-    of_stage = np.array([group_of_effect(owner) for owner in rows.effects.owners])
-    for name in dict.fromkeys(filter(None, of_stage.tolist())):
-        columns = rows.of_row[1 + rows.effects.n_base + np.flatnonzero(of_stage == name)]
-        # Between two sizes a cause is a sum of what it is at both.
-        is_sized = all(model.effects[owner].n_shapes for owner in owners[of_stage == name])
-        groups[f"{STAGE}:{name}"] = ColumnGroup(columns, np.eye(columns.size), is_sized)
+    for name, owners in members.items():
+        columns = rows.of_row[rows.effects.of(*owners)]
+        if name.startswith(STAGE):
+            # Between two sizes a cause is a sum of what it is at both.
+            is_sized = all(model.effects[owner].n_shapes for owner in owners)
+            groups[name] = ColumnGroup(columns, np.eye(columns.size), is_sized)
+        else:
+            std = np.array([model.effects[owner].parameters[0].scale for owner in owners])
+            weight = (unit[columns] / std) ** 2
+            groups[name] = ColumnGroup(columns, np.diag(weight / weight.mean()))
     return groups
 
 
@@ -259,7 +255,8 @@ def _block_of_each_segment(records: CarrierSums, n_columns: int) -> IntArray:
     """Block of the table of every segment, numbered as they come; as many as memory holds."""
     n_runs = int(records.run_of_segment.max()) + 1
     bytes_of_block = n_columns**2 * np.dtype(float).itemsize
-    n_blocks = int(np.clip(_MOST_MEMORY // bytes_of_block, _FEWEST_BLOCKS, _MOST_BLOCKS))
+    most = _BLOCKS_A_RUN * _FEWEST_BLOCKS
+    n_blocks = int(np.clip(IN_MEMORY // bytes_of_block, _FEWEST_BLOCKS, most))
     if n_runs > n_blocks:
         return _numbered(_blocks_of_runs(records, n_runs, n_blocks)[records.run_of_segment])
     most = max(1, min(_BLOCKS_A_RUN, n_blocks // n_runs))
@@ -312,9 +309,8 @@ class _TableRows:
             name: ColumnGroup(self.of_classes.start + np.arange(rows.start, rows.stop), penalty)
             for name, (rows, penalty) in self.classes.rows_of_groups.items()
         }
-        owners = np.array(self.effects.owners)
         for law, name in _SENSOR_EFFECTS.items():
-            columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(owners == law)]
+            columns = self.of_row[self.effects.of(law)]
             if columns.size:
                 groups[f"{name}:{NONE}"] = ColumnGroup(columns, np.eye(columns.size))
         return groups
@@ -332,7 +328,7 @@ def _table_rows(model: CarrierModel, effects: EffectRows, classes: ClassRows) ->
         numbers = [1 + k for k, p in enumerate(parameters) if p.run == run]
         of_row[numbers] = end + 1 + np.arange(len(numbers))
         n_of_run = max(n_of_run, len(numbers))
-    n_base = first - 1 - len(effects.owners)
+    n_base = first - effects.size + effects.n_base
     return _TableRows(
         effects, classes, of_row, n_base, slice(first, end), slice(end, end + 1 + n_of_run)
     )
@@ -355,7 +351,7 @@ def _products(
         products = records.products_of_basis(segments, first)
         for channel in range(len(model.channels)):
             numbers, of_effects = rows_at(rows.effects.groups, run, channel, n_columns)
-            weights = np.zeros((size, records.index.size))
+            weights = np.zeros((size, len(records.index)))
             weights[rows.of_row[numbers], :n_columns] = of_effects
             weights[waves, n_columns:] = of_classes[:, channel]
             by_basis = records.by_basis(channel, weights)
@@ -363,7 +359,7 @@ def _products(
         before += np.diag(gram.sum(axis=0))[:end]
         result[blocks] += _without_run(gram, rows.of_run)
     # What the parameters of the runs take completely is rounding of either sign.
-    empty = np.diag(result.sum(axis=0)) <= _ROUNDING * before
+    empty = np.diag(result.sum(axis=0)) <= ROUNDING * before
     result[:, empty] = 0.0
     result[:, :, empty] = 0.0
     return result
@@ -372,7 +368,7 @@ def _products(
 def _without_run(gram: FloatArray, of_run: slice) -> FloatArray:
     """Products of one run by block once its parameters, the last ones, are fitted to it."""
     total = gram.sum(axis=0)
-    fit = total[:, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=_ROUNDING)
+    fit = total[:, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=ROUNDING)
     taken = fit @ gram[:, of_run]
     reduced = gram + (fit @ gram[:, of_run, of_run] @ fit.T - taken - np.swapaxes(taken, 1, 2))
     return np.asarray(reduced[:, : of_run.start, : of_run.start])
@@ -380,17 +376,13 @@ def _without_run(gram: FloatArray, of_run: slice) -> FloatArray:
 
 def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, ...]]:
     """Columns of every law by frame and pattern; a user's effect under the empty name."""
-    effects = rows.effects
-    variants: dict[str, dict[tuple[float, ...], list[int]]] = {}
-    for number, law, variant in zip(
-        rows.of_row[1 + effects.n_base :].tolist(), effects.owners, effects.variants, strict=True
-    ):
-        variants.setdefault(law, {}).setdefault(variant, []).append(number)
+    variants: dict[str, list[IntArray]] = {}
+    for (law, _), numbers in rows.effects.variants.items():
+        variants.setdefault(law, []).append(rows.of_row[numbers])
     laws: dict[str, tuple[LawColumns, ...]] = {}
-    for law, by_variant in variants.items():
-        columns = tuple(map(np.array, by_variant.values()))
+    for law, columns in variants.items():
         shape = _model_class(law) or model.class_of_measured.get(law, CLASS_OF_LAW.get(law, ""))
-        of_law = LawColumns(law, columns, len(model.effects[law].parameters))
+        of_law = LawColumns(law, tuple(columns), len(model.effects[law].parameters))
         laws[shape] = (*laws.get(shape, ()), of_law)
     return laws
 

@@ -7,7 +7,7 @@ columns of the flexible model, each times a constant of the run, carry it.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import count, product
 
 import numpy as np
 
@@ -18,10 +18,11 @@ from carrierflex.diagnosis.carrier.records.columns import (
     N_TIME_COLUMNS,
     SAME_CONDITION,
     TORQUE,
+    FlexibleTerm,
     flexible_terms,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import order_amplitudes
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
@@ -56,30 +57,12 @@ LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 #: Radial load, over the largest, at which a saturating function bends.
 _BENDS = (0.15, 0.45)
 _STEP = 1e-4
-#: Points of a curve around the carrier: waves of less than half as many lobes are exact.
-_POINTS = 512
 _AXIAL = "axial_displacement"
 #: Number of a wave times a load among the columns of the flexible model.
-_Numbers = Mapping[tuple[int, bool, str], int]
-#: Penalty of amplitudes that do not turn with the load, beside that of a bend: as much. A third of
-#: it and three times as much name the same classes of development cases; at a tenth and at ten
-#: times a tilt that begins late is a tie with planet loads under six loads.
-_LESS_SIMPLE = 1.0
-
-
+_Numbers = Mapping[FlexibleTerm, int]
 UNDETERMINED = "undetermined"
 #: Columns of a pattern from the quantities of the sensors and the number of planets.
 _ColumnsOf = Callable[[Sequence[str], int], Columns]
-_SETS_OF_HOUSING = (
-    (NONE,),
-    (BY_TORQUE,),
-    (NONE, BY_TORQUE),
-    (BY_RADIAL_LOAD,),
-    (NONE, BY_RADIAL_LOAD),
-    (BY_TORQUE, BY_RADIAL_LOAD),
-    (NONE, BY_TORQUE, BY_RADIAL_LOAD),
-)
-_OF_TORQUE = ((NONE,), (BY_TORQUE,), (NONE, BY_TORQUE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +70,15 @@ class _Shape:
     """Frame and pattern of a class."""
 
     id: str  # frame/pattern
-    columns: Mapping[str, _ColumnsOf]  # columns by dependence
-    sets: tuple[tuple[str, ...], ...]  # ways to follow the loads, the simplest first
+    columns: Mapping[str, _ColumnsOf]  # columns by dependence, the simplest first
+
+    @property
+    def sets(self) -> list[tuple[str, ...]]:
+        """Ways to follow the loads, the simplest first."""
+        sets: list[tuple[str, ...]] = [()]
+        for one in self.columns:
+            sets += [(*others, one) for others in sets]
+        return sets[1:]
 
 
 def _alone(pattern: Callable[[Sequence[str]], Columns]) -> _ColumnsOf:
@@ -100,19 +90,15 @@ def shapes() -> tuple[_Shape, ...]:
     """Every frame and pattern whose columns are waves."""
     still = {OFFSET: offset, TILT: tilt, SADDLE: saddle}
     housing = tuple(
-        _Shape(
-            name,
-            {load: _alone(pattern) for load in (NONE, BY_TORQUE, BY_RADIAL_LOAD)},
-            _SETS_OF_HOUSING,
-        )
+        _Shape(name, dict.fromkeys((NONE, BY_TORQUE, BY_RADIAL_LOAD), _alone(pattern)))
         for name, pattern in still.items()
     )
     turning = _alone(turning_tilt)
     return (
         *housing,
-        _Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
-        _Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
-        _Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
+        _Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}),
+        _Shape(MODULATED, {BY_BOTH: modulated_waves}),
+        _Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}),
         _Shape(
             WAVES,
             {
@@ -125,9 +111,8 @@ def shapes() -> tuple[_Shape, ...]:
                     quantities, range(n, highest_order(n) + 1, n)
                 ),
             },
-            _OF_TORQUE,
         ),
-        _Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
+        _Shape(UNEVEN, {BY_TORQUE: uneven_waves}),
     )
 
 
@@ -231,20 +216,15 @@ def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray:
     rows = []
     for quantity in dict.fromkeys(column.quantity for column in columns):
         shows = np.array([column.quantity == quantity for column in columns])
-        G = _coefficients(rig.curves["g_f"], is_axial=quantity == _AXIAL)[lobes]
+        curve = rig.curves["g_f"]
+        G = order_amplitudes(curve.axial if quantity == _AXIAL else curve.radial)
+        G = np.pad(G, (0, lobes.max()))[lobes]
         amplitudes = shows * factors * G * np.exp(-1j * order * rig.pin_angle)
         # Of Re(A exp(j (h v - n theta))).
         weights = cosine * amplitudes.real - sine * amplitudes.imag
         # A file of curves without the radial ones: such a sensor reads nothing of it.
         rows.append(weights / (np.abs(weights).max() or 1.0))
     return np.concatenate(rows)
-
-
-def _coefficients(curve: DeflectionCurve, *, is_axial: bool) -> np.ndarray:
-    """Coefficients ``g(u) = sum_h Re(G_h exp(j h u))``."""
-    angle = 2.0 * np.pi / _POINTS * np.arange(_POINTS)
-    values = curve.axial_at(angle) if is_axial else curve.radial_at(angle)
-    return np.asarray(2.0 / _POINTS * np.fft.rfft(values))
 
 
 def _of_excesses(lobes: np.ndarray, n_planets: int) -> np.ndarray:
@@ -261,13 +241,9 @@ def _of_excesses(lobes: np.ndarray, n_planets: int) -> np.ndarray:
     return np.array(rows)
 
 
-@dataclass(frozen=True, eq=False)
-class _SensorColumn:
-    """Column of a pattern at the sensors of a campaign."""
-
-    order: int  # order of the carrier angle
-    cosine: FloatArray  # (n_channels,) weights of its cosine and sine
-    sine: FloatArray  # (n_channels,) weights of its cosine and sine
+#: Column of a pattern at the sensors of a campaign: order of the carrier angle, and weights of its
+#: cosine and of its sine at every sensor.
+_SensorColumn = tuple[int, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,10 +328,8 @@ def class_rows(
                 weights,
             )
     is_axial = [float(channel.quantity == _AXIAL) for channel in channels]
-    numbers = {
-        (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
-        for k, term in enumerate(flexible_terms(rig.n_planets))
-    }
+    terms = flexible_terms(rig.n_planets)
+    numbers = dict(zip(terms, count(N_TIME_COLUMNS), strict=False))
     return ClassRows(groups, np.array(is_axial), numbers, means)
 
 
@@ -364,9 +338,11 @@ def _penalty(loads: _LoadFunctions, columns: Columns, weights: FloatArray) -> Fl
 
     A pattern that turns with the radial load as a whole is the simplest that follows it: the
     housing is then alike in all directions. How far the amplitudes along y and z are from that is
-    penalised beside how far each is from a straight line. With the load ``F (sin d, cos d)`` along
-    y and z, a wave ``cos(h v - k theta - a)`` turns with it as ``cos(h v - k theta - a + (h - k)
-    d)`` where ``h - k`` is one or minus one.
+    penalised as much as how far each is from a straight line (a third of it and three times as much
+    name the same classes of development cases; at a tenth and at ten times a tilt that begins late
+    is a tie with planet loads under six loads). With the load ``F (sin d, cos d)`` along y and z, a
+    wave ``cos(h v - k theta - a)`` turns with it as ``cos(h v - k theta - a + (h - k) d)`` where
+    ``h - k`` is one or minus one.
     """
     n = len(columns)
     size = len(loads.penalty) * n
@@ -378,7 +354,7 @@ def _penalty(loads: _LoadFunctions, columns: Columns, weights: FloatArray) -> Fl
         for along_z, along_y, sign in ((z + c, y + c + 1, turns), (z + c + 1, y + c, -turns)):
             difference = np.zeros(size)
             difference[[along_z, along_y]] = 1.0, sign
-            turning += _LESS_SIMPLE * np.outer(difference, difference)
+            turning += np.outer(difference, difference)
     of_columns = np.kron(np.eye(len(loads.penalty)), weights)
     bends = np.kron(np.diag(loads.penalty), np.eye(len(weights)))
     return np.asarray(bends + of_columns @ turning @ of_columns.T)
@@ -400,7 +376,7 @@ def _at_sensors(column: PatternColumn, channels: Sequence[Channel]) -> _SensorCo
     angle = np.array([channel.angle for channel in channels], dtype=np.float64)
     shows = np.array([float(channel.quantity == column.quantity) for channel in channels])
     cosine, sine = column.over(angle)
-    return _SensorColumn(column.order, shows * cosine, shows * sine)
+    return column.order, shows * cosine, shows * sine
 
 
 def _row(
@@ -410,13 +386,14 @@ def _row(
     numbers: _Numbers,
 ) -> FloatArray:
     """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
-    row = np.zeros((column.cosine.size, N_TIME_COLUMNS + len(numbers)))
-    for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):
+    order, cosine, sine = column
+    row = np.zeros((cosine.size, N_TIME_COLUMNS + len(numbers)))
+    for is_sine, over_channels in ((False, cosine), (True, sine)):
         if not over_channels.any():
             continue
-        plain = numbers[column.order, is_sine, CONSTANT]
+        plain = numbers[order, is_sine, CONSTANT]
         for load, factor in factors.items():
-            number = numbers.get((column.order, is_sine, load))
+            number = numbers.get((order, is_sine, load))
             if number is None:
                 # No column of this order follows the load within a run: its mean stands for it.
                 row[:, plain] += factor * means[load] * over_channels

@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.classes.class_rows import (
     load_functions,
     shapes,
 )
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.carrier.records.sums import ROUNDING, CarrierSums
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
@@ -44,8 +44,6 @@ _RIPPLE = 0.02
 _TORQUE_POINTS = 65
 _TIME_POINTS = 33
 _LOAD_POINTS = 129
-#: Share of the largest amplitude below which one is rounding.
-_ROUNDING = 1e-9
 
 
 def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
@@ -72,20 +70,14 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ...]:
     """Effects of measured laws: one parameter, the size, one where the shape is as measured."""
+    effects = []
     for law in laws:
         refuse_other_rig(law, int(campaign.rig["n_planets"]), float(campaign.rig["sensor_radius"]))
-    return tuple(map(_effect_of, laws))
-
-
-def _effect_of(law: Law) -> Effect:
-    follows = " and ".join(way.replace("_", " ") for way in _followed(law))
-    return Effect(
-        law.name,
-        equation=f"size x measured tables of {law.effect_class}, which follows {follows}",
-        parameters=(SIZE,),
-        signature="that of its tables",
-        pattern=partial(_signals, law),
-    )
+        follows = " and ".join(way.replace("_", " ") for way in _followed(law))
+        equation = f"size x measured tables of {law.effect_class}, which follows {follows}"
+        pattern = partial(_signals, law)
+        effects.append(Effect(law.name, equation, (SIZE,), "that of its tables", pattern))
+    return tuple(effects)
 
 
 def _followed(law: Law) -> tuple[str, ...]:
@@ -176,7 +168,7 @@ def law_of_carrier_class(
         c = fitted.reshape(len(functions), -1) @ visited.weights[group]
         waves += _tabulated_waves(dependence, functions, c, columns, visited)
     largest = max((_size(wave) for wave in waves), default=0.0)
-    shown = tuple(wave for wave in waves if _size(wave) > _ROUNDING * largest)
+    shown = tuple(wave for wave in waves if _size(wave) > ROUNDING * largest)
     if not shown:
         return None
     rig = {"n_planets": visited.n_planets, "sensor_radius": visited.sensor_radius}

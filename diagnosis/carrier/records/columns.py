@@ -7,17 +7,22 @@ planets have as many more nodes. A shape is linear between its nodes; several sh
 of the signal. No more columns are in memory at once than a chunk holds.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import product
+from itertools import count, product
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, IntArray
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.identification.campaign.order_analysis import highest_order
+from carrierflex.identification.campaign.order_analysis import OrderFit, highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
@@ -55,47 +60,28 @@ FORCE_Z = "ntl_z"
 #: Columns of time before those of the flexible residual model: u and u squared.
 N_TIME_COLUMNS = 2
 _INPUTS = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
+#: Samples of a turn on which effects are evaluated where there is no record.
+SAMPLES_A_TURN = 144
 #: Samples whose columns are in memory at once.
 _CHUNK = 20_000
 
 
-@dataclass(frozen=True)
-class FlexibleTerm:
-    """One column of the flexible residual model: cosine or sine of an order, times a load.
-
-    Torque is over the nominal torque, radial loads over the largest radial load.
-    """
-
-    order: int
-    is_sine: bool
-    load: str
+#: One column of the flexible residual model: cosine or, if that is true, sine of an order, times a
+#: load. Torque is over the nominal torque, radial loads over the largest radial load.
+FlexibleTerm = tuple[int, bool, str]
 
 
-@dataclass(frozen=True, eq=False)
-class ColumnIndex:
-    """Numbers of the columns."""
-
-    #: Number of each column by ``(effect, number of its parameter, node family, node)``
-    numbers: Mapping[Key, int]
+class ColumnIndex(dict[Key, int]):
+    """Number of each column by ``(effect, number of its parameter, node family, node)``."""
 
     def of(self, effect: str, parameter: int = 0, family: str = PLAIN, node: int = 0) -> int:
         """Number of one column."""
-        return self.numbers[effect, parameter, family, node]
-
-    @property
-    def has_prediction(self) -> bool:
-        """Whether the record holds another simulator's prediction."""
-        return (PREDICTION, 0, PLAIN, 0) in self.numbers
+        return self[effect, parameter, family, node]
 
     @property
     def flexible(self) -> slice:
         """Numbers of the features of the flexible residual model."""
-        return slice(self.numbers[FLEXIBLE, 0, PLAIN, 0], self.size)
-
-    @property
-    def size(self) -> int:
-        """Number of columns."""
-        return len(self.numbers)
+        return slice(self.of(FLEXIBLE), len(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +152,9 @@ class ColumnSource:
         terms = flexible_terms(self.rig.n_planets)
         waves = {
             (order, is_sine): (np.sin if is_sine else np.cos)(order * inputs.carrier_angle)
-            for order, is_sine in {(term.order, term.is_sine): None for term in terms}
+            for order, is_sine in dict.fromkeys(term[:2] for term in terms)
         }
-        rows = [u, u**2]
-        rows += [waves[term.order, term.is_sine] * quantity[term.load] for term in terms]
+        rows = [u, u**2, *(waves[term[:2]] * quantity[term[2]] for term in terms)]
         return np.array(rows)
 
 
@@ -196,7 +181,7 @@ def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
         if order <= _FORCED_ORDERS:
             loads += [FORCE_Y, FORCE_Z]
         waves = (False, True) if order else (False,)
-        terms += [FlexibleTerm(order, is_sine, load) for is_sine in waves for load in loads]
+        terms += [(order, is_sine, load) for is_sine in waves for load in loads]
     return tuple(terms)
 
 
@@ -228,32 +213,15 @@ def largest_load(campaign: Campaign) -> float:
 SAME_CONDITION = 0.05
 
 
+def mean_speed(run: Run) -> float:
+    """Mean speed of the carrier over a run [rad/s]."""
+    angle = run.inputs["carrier_angle"]
+    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
+
+
 def mean_load(run: Run, name: str) -> float:
     """Mean of a load over a run; zero where the rig has none."""
     return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class BlockColumns:
-    """Columns of one sensor in one block of a run."""
-
-    index: ColumnIndex  # Numbers of the columns
-    #: Columns at the samples of a piece that holds the block, the target first, shape (k, n)
-    rows: FloatArray
-    samples: IntArray  # Numbers of these samples in the run, ascending, shape (n,)
-    is_complete: BoolArray  # Whether no column is missing, shape (n,)
-    inputs: CarrierInputs  # Inputs at these samples
-    revolutions: Sequence[IntArray]  # Numbers of the samples of every revolution of the block
-
-    @property
-    def all_present(self) -> IntArray:
-        """The same of all revolutions."""
-        return self.present(np.concatenate(self.revolutions))
-
-    def present(self, revolution: IntArray) -> IntArray:
-        """Numbers in `samples` of those of a revolution in which no column is missing."""
-        numbers = np.searchsorted(self.samples, revolution)
-        return numbers[self.is_complete[numbers]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,11 +230,6 @@ class RunColumns:
 
     run: Run  # Record within its windows of use
     source: ColumnSource  # Effects, rig and typical speed
-
-    @cached_property
-    def revolutions(self) -> tuple[IntArray, ...]:
-        """Samples of every whole revolution."""
-        return whole_revolutions(self.run).samples
 
     @cached_property
     def inputs(self) -> CarrierInputs:
@@ -282,21 +245,98 @@ class RunColumns:
         ]
 
     def target(self, channel: Channel, samples: IntArray) -> dict[Key, FloatArray]:
-        """Target and another simulator's prediction at some samples."""
-        rows = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]}
-        delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-        rows |= _predictions_of(self.run, channel, delays)
+        """Target and another simulator's prediction, at the nodes of a delay, at some samples."""
+        rows: dict[Key, FloatArray] = {(TARGET, 0, PLAIN, 0): self.run.signals[channel.name]}
+        if channel.name in self.run.predictions:
+            prediction = self.run.predictions[channel.name]
+            rows[PREDICTION, 0, PLAIN, 0] = prediction
+            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+            for node in np.flatnonzero(delays).tolist():
+                late = delayed(self.run.time, prediction, float(delays[node]))
+                rows[PREDICTION, 0, DELAY, node] = late
         return {key: values[samples] for key, values in rows.items()}
 
-    def blocks(self, most_blocks: int) -> list[IntArray]:
-        """Numbers of the revolutions of at most `most_blocks` blocks."""
-        n = len(self.revolutions)
-        return np.array_split(np.arange(n), min(most_blocks, n))
+
+@dataclass(frozen=True, eq=False)
+class SampleColumns:
+    """Columns at some samples of some runs, one after the other: they cost little more than one."""
+
+    runs: Sequence[tuple[RunColumns, IntArray]]  # Runs with the numbers of their samples, ascending
+    #: Effects whose columns are made beside target and prediction; None: all, and the flexible
+    #: model's
+    owners: Collection[str] | None = None
+
+    @cached_property
+    def inputs(self) -> CarrierInputs:
+        """Inputs at the samples."""
+        return in_a_row([inputs_at(run.inputs, samples) for run, samples in self.runs])
+
+    @cached_property
+    def _late(self) -> list[CarrierInputs]:
+        """The same, their carrier angle at the nodes of the delay; none where no effect is late."""
+        effects = self.runs[0][0].source.effects
+        names = effects.keys() if self.owners is None else effects.keys() & set(self.owners)
+        if not any(effects[name].follows_delay for name in names):
+            return []
+        angles = [[angle[samples] for angle in run.delayed_angles] for run, samples in self.runs]
+        return [
+            replace(self.inputs, carrier_angle=np.concatenate(of_node))
+            for of_node in zip(*angles, strict=True)
+        ]
+
+    def rows(self, channel: Channel) -> dict[Key, FloatArray]:
+        """Columns at a sensor by key, the target first."""
+        targets = [run.target(channel, samples) for run, samples in self.runs]
+        rows = {key: np.concatenate([of_run[key] for of_run in targets]) for key in targets[0]}
+        source = self.runs[0][0].source
+        return rows | source.rows(rim_sensor(channel), self.inputs, self._late, self.owners)
 
 
-def groups_of_runs(runs: Sequence[Run]) -> Iterator[range]:
-    """Numbers of neighbouring runs whose columns are in memory at once."""
-    return groups_within([run.time.size for run in runs], _CHUNK)
+@dataclass(frozen=True, eq=False)
+class BlockColumns:
+    """Columns of one sensor in one block of a run."""
+
+    run: int  # Number of the run
+    number: int  # Number of the block among those of all runs
+    turns: slice  # Numbers of its revolutions among those of all runs
+    index: ColumnIndex  # Numbers of the columns
+    rows: FloatArray  # Columns at the samples of the run that were made, target first, (k, n)
+    revolutions: Sequence[IntArray]  # Numbers in `rows` of the samples of every revolution
+    is_complete: BoolArray  # Whether no column is missing, shape (n,)
+    made_inputs: CarrierInputs  # Inputs at the samples
+    fits: dict[int, OrderFit]  # Those of the last sensor: sensors that miss no sample share them
+
+    @property
+    def present(self) -> FloatArray:
+        """Columns at the samples of all revolutions at which none is missing."""
+        return np.asarray(self.rows[:, self._present])
+
+    @property
+    def inputs(self) -> CarrierInputs:
+        """Inputs at these samples."""
+        return inputs_at(self.made_inputs, self._present)
+
+    @property
+    def _present(self) -> IntArray:
+        samples = np.concatenate(self.revolutions)
+        return samples[self.is_complete[samples]]
+
+    def orders(self, signal: FloatArray, highest: int) -> tuple[ComplexArray, FloatArray]:
+        """Order amplitudes of a signal by revolution, NaN where too sparse, and what is off them.
+
+        That is the sum of its squares and their degrees of freedom, shape (R, 2).
+        """
+        orders = np.full((len(self.revolutions), highest + 1), np.nan, dtype=np.complex128)
+        off = np.zeros((len(self.revolutions), 2))
+        for r, revolution in enumerate(self.revolutions):
+            present = revolution[self.is_complete[revolution]]
+            theta = self.made_inputs.carrier_angle[present]
+            if r not in self.fits or not np.array_equal(self.fits[r].theta, theta):
+                self.fits[r] = OrderFit(theta, highest)
+            if not self.fits[r].is_too_sparse:
+                of_turn, off[r] = self.fits[r].amplitudes(signal[None, present])
+                orders[r] = of_turn[:, 0]
+        return orders, off
 
 
 def groups_within(sizes: Sequence[int], most: int) -> Iterator[range]:
@@ -311,77 +351,80 @@ def groups_within(sizes: Sequence[int], most: int) -> Iterator[range]:
 
 
 def blocks_of_runs(
-    runs: Sequence[RunColumns],
-    channel: Channel,
-    blocks: Sequence[Sequence[IntArray]],
+    runs: Sequence[Run],
+    channels: Sequence[Channel],
+    source: ColumnSource,
+    most_blocks: int,
     owners: Collection[str] | None = None,
-    source: ColumnSource | None = None,
-) -> Iterator[Iterable[BlockColumns]]:
-    """Columns of some blocks of every run of a group at a sensor, those of short runs at once.
+) -> Iterator[tuple[int, list[BlockColumns]]]:
+    """Columns of the blocks of every run, as many blocks as are in memory at once.
 
-    `blocks` are the numbers of the revolutions of each block of each run. The target, and another
-    simulator's prediction, are always among the columns; beside them effects of `owners` alone,
-    computed by `source`; default: all, and those of the flexible model, by that of the run.
+    Of those at each sensor in turn, whose number is given. The target, and another simulator's
+    prediction, are always among the columns; beside them those of `owners` alone; default: of all
+    effects, and of the flexible model.
     """
-    if len(runs) > 1:
-        yield from _made_together(runs, channel, blocks, owners, source)
-    else:
-        sizes = [sum(runs[0].revolutions[r].size for r in block) for block in blocks[0]]
-        chunks = ([[blocks[0][k] for k in group]] for group in groups_within(sizes, _CHUNK))
-        made = (_made_together(runs, channel, chunk, owners, source) for chunk in chunks)
-        yield (block for (of_chunk,) in made for block in of_chunk)
+    number = turn = 0
+    for group in groups_within([run.time.size for run in runs], _CHUNK):
+        columns = {r: RunColumns(runs[r], source) for r in group}
+        blocks = []
+        for r, run in columns.items():
+            samples = whole_revolutions(run.run).samples
+            n = len(samples)
+            for turns in np.array_split(np.arange(n), min(most_blocks, n)):
+                revolutions = [samples[k] for k in turns]
+                blocks.append((r, number, slice(turn, turn + turns.size), revolutions))
+                number += 1
+                turn += turns.size
+        sizes = [sum(rows.size for rows in revolutions) for *_, revolutions in blocks]
+        for piece in groups_within(sizes, _CHUNK):
+            yield from _made_together(columns, [blocks[b] for b in piece], channels, owners)
 
 
 def _made_together(
-    runs: Sequence[RunColumns],
-    channel: Channel,
-    blocks: Sequence[Sequence[IntArray]],
+    columns: Mapping[int, RunColumns],
+    blocks: Sequence[tuple[int, int, slice, Sequence[IntArray]]],
+    channels: Sequence[Channel],
     owners: Collection[str] | None,
-    source: ColumnSource | None,
-) -> Iterator[list[BlockColumns]]:
-    """Columns of some blocks of every run, all of them in memory at once."""
-    source = source or runs[0].source
-    samples = [
-        np.sort(np.concatenate([run.revolutions[r] for block in of_run for r in block]))
-        for run, of_run in zip(runs, blocks, strict=True)
-    ]
-    by_run = list(zip(runs, samples, strict=True))
-    inputs = [inputs_at(run.inputs, some) for run, some in by_run]
-    every = in_a_row(inputs) if len(runs) > 1 else inputs[0]
-    follows_delay = any(
-        effect.follows_delay
-        for effect in source.effects.values()
-        if owners is None or effect.id in owners
-    )
-    late = _late(every, by_run) if follows_delay else []
-    targets = [run.target(channel, some) for run, some in by_run]
-    rows = {key: np.concatenate([of_run[key] for of_run in targets]) for key in targets[0]}
-    rows |= source.rows(rim_sensor(channel), every, late, owners)
-    index = ColumnIndex({key: number for number, key in enumerate(rows)})
-    table = np.array(list(rows.values()))
-    del rows  # as large as the table
-    is_complete = np.isfinite(table).all(axis=0)
-    first = 0
-    for (run, some), of_run, at in zip(by_run, blocks, inputs, strict=True):
-        segment = slice(first, first + some.size)
-        first = segment.stop
-        yield [
-            BlockColumns(
-                index,
-                table[:, segment],
-                some,
-                is_complete[segment],
-                at,
-                [run.revolutions[r] for r in block],
-            )
-            for block in of_run
-        ]
+) -> Iterator[tuple[int, list[BlockColumns]]]:
+    """Columns of some blocks of some runs at every sensor."""
+    rows_of: dict[int, list[IntArray]] = {}
+    for r, *_, revolutions in blocks:
+        rows_of.setdefault(r, []).extend(revolutions)
+    samples = {r: np.sort(np.concatenate(rows)) for r, rows in rows_of.items()}
+    made = SampleColumns([(columns[r], some) for r, some in samples.items()], owners)
+    of_run, first = {}, 0
+    for r, some in samples.items():
+        of_run[r] = slice(first, first + some.size)
+        first += some.size
+    inputs = {r: inputs_at(columns[r].inputs, some) for r, some in samples.items()}
+    fits: list[dict[int, OrderFit]] = [{} for _ in blocks]
+    for c, channel in enumerate(channels):
+        rows = made.rows(channel)
+        index = ColumnIndex(zip(rows, count(), strict=False))
+        table = np.array(list(rows.values()))
+        del rows  # as large as the table
+        is_complete = np.isfinite(table).all(axis=0)
+        yield (
+            c,
+            [
+                BlockColumns(
+                    r,
+                    number,
+                    turns,
+                    index,
+                    table[:, of_run[r]],
+                    [np.searchsorted(samples[r], one) for one in revolutions],
+                    is_complete[of_run[r]],
+                    inputs[r],
+                    fit,
+                )
+                for (r, number, turns, revolutions), fit in zip(blocks, fits, strict=True)
+            ],
+        )
 
 
-def some_samples(
-    runs: Sequence[Run], source: ColumnSource, n_samples: int
-) -> Callable[[Channel], FloatArray]:
-    """All columns at a sensor but the target, shape (k - 1, m), at m samples of all runs.
+def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> SampleColumns:
+    """All columns at some samples of all runs.
 
     With `n_samples` evenly spaced ones of every run stand some close to both ends, where a delayed
     angle is not known and what is a combination elsewhere is none.
@@ -393,39 +436,11 @@ def some_samples(
         close = 2 ** np.arange(max(last, 1).bit_length()) - 1
         samples = np.unique(np.concatenate([even, close, last - close]))
         by_run.append((RunColumns(run, source), samples))
-    inputs = in_a_row([inputs_at(columns.inputs, samples) for columns, samples in by_run])
-    late = _late(inputs, by_run)
-    delays = delay_nodes(source.rig.n_planets) / source.speed
-    chosen = [(columns.run, samples) for columns, samples in by_run]
-
-    def rows(channel: Channel) -> FloatArray:
-        # Another simulator's prediction is each run's own.
-        predicted = [
-            np.reshape(
-                [values[some] for values in _predictions_of(run, channel, delays).values()],
-                (-1, some.size),
-            )
-            for run, some in chosen
-        ]
-        others = source.rows(rim_sensor(channel), inputs, late)
-        return np.concatenate([np.concatenate(predicted, axis=1), list(others.values())])
-
-    return rows
-
-
-def _late(
-    inputs: CarrierInputs, by_run: Sequence[tuple[RunColumns, IntArray]]
-) -> list[CarrierInputs]:
-    """Inputs at some samples of every run, their carrier angle at the nodes of the delay."""
-    angles = [[angle[samples] for angle in run.delayed_angles] for run, samples in by_run]
-    return [
-        replace(inputs, carrier_angle=np.concatenate(of_node))
-        for of_node in zip(*angles, strict=True)
-    ]
+    return SampleColumns(by_run)
 
 
 def in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
-    """Inputs of several runs one after the other: their columns cost little more than of one."""
+    """Inputs of several runs one after the other."""
     rows = {
         name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
         for name in _INPUTS
@@ -445,22 +460,8 @@ def inputs_of(run: Run) -> CarrierInputs:
 
 def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> ColumnIndex:
     """Numbers of the columns, from one sample of a run."""
-    columns, one = RunColumns(run, source), np.arange(1)
-    first = inputs_at(columns.inputs, one)
-    late = [first] * delay_nodes(source.rig.n_planets).size
-    rows = columns.target(channel, one) | source.rows(rim_sensor(channel), first, late)
-    return ColumnIndex({key: number for number, key in enumerate(rows)})
-
-
-def _predictions_of(run: Run, channel: Channel, delays: FloatArray) -> dict[Key, FloatArray]:
-    """Another simulator's prediction, at the nodes of a delay too; empty where there is none."""
-    if channel.name not in run.predictions:
-        return {}
-    prediction = run.predictions[channel.name]
-    rows: dict[Key, FloatArray] = {(PREDICTION, 0, PLAIN, 0): prediction}
-    for node in np.flatnonzero(delays).tolist():
-        rows[PREDICTION, 0, DELAY, node] = delayed(run.time, prediction, float(delays[node]))
-    return rows
+    rows = SampleColumns([(RunColumns(run, source), np.arange(1))]).rows(channel)
+    return ColumnIndex(zip(rows, count(), strict=False))
 
 
 def inputs_at(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:

@@ -1,11 +1,9 @@
 """Sums over the records of a carrier campaign, accumulated once: products of all columns.
 
-Fits, held-out scores, the class table and the orders of a model's residual are algebra on these
-sums, run slice by run slice where a campaign is large. Only the orders of a large campaign's
-columns do not fit in memory: its residuals pass over the records again
-(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 300 columns of a sensor fewer than
-half are different: a tilt of the housing, its column at a sensor moved by 3 deg and an offset are
-one constant, in every run alike. The products are of those.
+Fits, held-out scores and the class table are algebra on these sums, run slice by run slice where a
+campaign is large; the orders of what a model leaves take another pass over the records. Of some 300
+columns of a sensor fewer than half are different: a tilt of the housing, its column at a sensor
+moved by 3 deg and an offset are one constant, in every run alike. The products are of those.
 """
 
 from collections import OrderedDict
@@ -19,20 +17,18 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from carrierflex.diagnosis.carrier.records.columns import (
-    BlockColumns,
     ColumnIndex,
     ColumnSource,
-    RunColumns,
     blocks_of_runs,
     columns_of_campaign,
-    groups_of_runs,
+    inputs_of,
     some_samples,
 )
 from carrierflex.diagnosis.comparison.problem import ComplexArray, FloatArray, IntArray, Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.identification.campaign.order_analysis import OrderFit, highest_order
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
@@ -40,10 +36,9 @@ from carrierflex.identification.campaign.revolutions import whole_revolutions
 #: that stand far off first, so that the weights of the rest are small. What is a combination misses
 #: by rounding, 1e-13.
 _OFF_THE_OTHERS = (1e-2, 1e-4, 1e-6, 1e-8)
-#: Weights, columns of unit length, that are rounding.
-_ROUNDING = 1e-11
-#: Largest miss of a combination, over the largest value of its column in all runs.
-_LARGEST_MISS = 1e-10
+#: Share of the largest below which a weight of columns of unit length is rounding, and any other
+#: value, as the miss of a combination.
+_ROUNDING_OF_WEIGHTS, ROUNDING = 1e-11, 1e-10
 #: Samples at which the columns are compared, over all runs, and fewest of a run.
 _SAMPLES = 2000
 _FEWEST = 12
@@ -56,12 +51,13 @@ _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
 #: Bytes of the program itself and of what works on records and products: an estimate.
 _PROGRAM = 1_100_000_000
-#: Bytes of products up to which they stay in memory, beyond on disk.
-_IN_MEMORY = 150_000_000
-#: Bytes of an array that is in memory at once: order amplitudes of the basis, unpacked products,
-#: and those of a slice of the runs for a usual set of so many columns. Weights of a slice, their
-#: derivatives and what works on them are some four times as large. Bytes that are stored.
-_AT_ONCE, _STORED_BYTES = 50_000_000, 100_000_000
+#: Bytes of products of one kind up to which they are in memory: beyond on disk, in fewer blocks, or
+#: for some runs.
+IN_MEMORY = 150_000_000
+#: Bytes of an array that is in memory at once: unpacked products, and those of a slice of the runs
+#: for a usual set of so many columns. Weights of a slice, their derivatives and what works on them
+#: are some four times as large.
+_AT_ONCE = 50_000_000
 _USUAL_COLUMNS = 40
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
@@ -86,7 +82,7 @@ class _ColumnBasis:
         rows = rows[:, np.isfinite(rows).all(axis=0)]
         missed = rows - self.weights[channel, :, : members.size] @ rows[members]
         largest = np.maximum(self.largest[channel], np.abs(rows).max(axis=1, initial=0.0))
-        limit = _LARGEST_MISS * largest
+        limit = ROUNDING * largest
         return bool((np.abs(missed).max(axis=1, initial=0.0) <= limit).all())
 
 
@@ -104,10 +100,10 @@ def _column_basis(
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
     members, of_channels, largest = [], [], []
     # Channel by channel: the columns of all of them are several times the records.
-    rows_at = some_samples(runs, source, n_samples)
+    columns = some_samples(runs, source, n_samples)
     n_effects = columns_of_campaign(runs[0], channels[0], source).flexible.start - 1
     for channel in channels:
-        table = rows_at(channel)
+        table = np.array(list(columns.rows(channel).values())[1:])
         table = table[:, np.isfinite(table).all(axis=0)]
         chosen, combinations = _combinations(table, n_effects)
         members.append(chosen)
@@ -165,7 +161,9 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
         by_all = by_member.T[:, np.argsort(in_turn)]
         # Anew by those that count: what rounding makes of the others makes up for each other.
         others = np.flatnonzero(~np.isin(group, chosen))
-        counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
+        counts, of_row = np.unique(
+            np.abs(by_all[others]) >= _ROUNDING_OF_WEIGHTS, axis=0, return_inverse=True
+        )
         for pattern, used in enumerate(map(np.flatnonzero, counts)):
             rows_alike = group[others[of_row == pattern]]
             solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
@@ -191,10 +189,9 @@ class CarrierSums:
     #: of a large campaign are on disk and read for some segments at a time, shape (P, C, b (b + 1).
     products: Rows
     counts: IntArray  # Samples that are not missing, shape (P, C)
-    #: Order amplitudes by revolution, 0 to n, of the target and the columns of the basis; NaN where
-    #: a revolution is too sparse. Of the target alone where they would fill the memory, shape (R,
-    #: C, 1 + b, n + 1).
-    amplitudes: ComplexArray
+    #: Order amplitudes of the measured signal by revolution, NaN where one is too sparse, shape (R,
+    #: C, n + 1)
+    orders: ComplexArray
     #: Sum of squares of the measured signal about those orders, and its degrees of freedom, shape
     #: (R, C, 2)
     within: FloatArray
@@ -206,15 +203,11 @@ class CarrierSums:
         """Without the products that are stored."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the products."""
-        return self.target.nbytes + self.products.nbytes
-
-    @property
-    def orders(self) -> ComplexArray:
-        """Order amplitudes of the measured signal by revolution, shape (R, C, n + 1)."""
-        return self.amplitudes[:, :, 0]
+    @cached_property
+    def mean_loads(self) -> FloatArray:
+        """Mean loads of every run, shape (n_runs, 3)."""
+        runs = np.unique(self.run_of_revolution)
+        return np.array([self.loads[self.run_of_revolution == r].mean(axis=0) for r in runs])
 
     def gram(self, columns: IntArray, segments: slice = slice(None)) -> FloatArray:
         """Products of some columns, the target first, shape (P, C, u, u), of some segments."""
@@ -258,9 +251,8 @@ class CarrierSums:
 
         Those that fit in memory are stored, shape (P, C, u, u).
         """
-        return self._stored.of(
-            "segments", columns, runs, lambda: self.gram(columns, self.segments_of(runs))
-        )
+        key = ("segments", tuple(columns.tolist()), runs.start)
+        return self._stored_at(key, lambda: self.gram(columns, self.segments_of(runs)))
 
     def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
         """The same by run of a slice."""
@@ -268,16 +260,27 @@ class CarrierSums:
         first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
         if first.size == run_of_segment.size:
             return self.gram_of_slice(columns, runs)
-        return self._stored.of(
-            "runs",
-            columns,
-            runs,
-            lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0),
+        key = ("runs", tuple(columns.tolist()), runs.start)
+        return self._stored_at(
+            key, lambda: np.add.reduceat(self.gram_of_slice(columns, runs), first, axis=0)
         )
 
+    def _stored_at(
+        self, key: tuple[str, tuple[int, ...], int], make: Callable[[], FloatArray]
+    ) -> FloatArray:
+        """Products that are stored, or made and stored: the last used up to a limit of bytes."""
+        stored = self._stored
+        if key not in stored:
+            stored[key] = make()
+        stored.move_to_end(key)
+        while len(stored) > 1 and sum(one.nbytes for one in stored.values()) > IN_MEMORY:
+            stored.popitem(last=False)
+        return stored[key]
+
     @cached_property
-    def _stored(self) -> "_StoredProducts":
-        return _StoredProducts()
+    def _stored(self) -> OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]:
+        """Products by name, columns and first run."""
+        return OrderedDict()
 
     def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
         """Products of target and basis over groups of segments, (n_groups, C, 1 + b, 1 + b)."""
@@ -307,9 +310,8 @@ class CarrierSums:
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
         # The orders are those of the signals that were replaced.
-        n_turns, n_channels, _, n_orders = self.amplitudes.shape
-        no_orders = np.broadcast_to(np.complex128(np.nan), (n_turns, n_channels, 1, n_orders))
-        return replace(self, target=target, amplitudes=no_orders)
+        no_orders = np.broadcast_to(np.complex128(np.nan), self.orders.shape)
+        return replace(self, target=target, orders=no_orders)
 
     @property
     def _square(self) -> IntArray:
@@ -333,18 +335,22 @@ def accumulated_sums(
     n_channels = len(campaign.channels)
     basis = _column_basis(runs, campaign.channels, source)
     # Columns may be combinations where they were looked at, and none elsewhere.
-    for one in (basis, _every_column(index.size - 1, n_channels)):
+    for one in (basis, _every_column(len(index) - 1, n_channels)):
         n_blocks = _blocks_a_run(campaign, index if like is None else like.index, one.size)
         sums = _filled(campaign, source, index, one, n_blocks)
         if sums is not None:
             break
     assert sums is not None
-    segments = []
-    for p, r in enumerate(sums.run_of_segment.tolist()):
-        block = p - int(np.argmax(sums.run_of_segment == r))
-        n_samples = int(sums.counts[p].sum())
-        segments.append(Segment(runs[r].name, runs[r].condition, block, n_samples))
-    return replace(sums, segments=tuple(segments))
+    number = np.arange(len(sums.run_of_segment))
+    block = number - np.searchsorted(sums.run_of_segment, sums.run_of_segment)
+    columns = (sums.run_of_segment, block, sums.counts.sum(axis=1))
+    return replace(
+        sums,
+        segments=tuple(
+            Segment(runs[r].name, runs[r].condition, k, n_samples)
+            for r, k, n_samples in zip(*(one.tolist() for one in columns), strict=True)
+        ),
+    )
 
 
 def _filled(
@@ -356,32 +362,48 @@ def _filled(
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
     runs = campaign.within_use().runs
-    revolutions = [len(whole_revolutions(run).samples) for run in runs]
-    numbers = np.arange(len(runs))
-    run_of_segment = np.repeat(numbers, np.minimum(n_blocks, revolutions))
-    run_of_revolution = np.repeat(numbers, revolutions)
-    n_channels = len(campaign.channels)
-    shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
-    n_orders = highest_order(source.rig.n_planets) + 1
-    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AT_ONCE
-    n_signals = 1 + basis.size * bool(stores_basis)
+    loads, n_turns = [], []
+    for run in runs:
+        inputs, turns = inputs_of(run), whole_revolutions(run).samples
+        n_turns.append(len(turns))
+        columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
+        loads += [[column[samples].mean() for column in columns] for samples in turns]
+    numbers, n_channels = np.arange(len(runs)), len(campaign.channels)
+    run_of_segment = np.repeat(numbers, np.minimum(n_blocks, n_turns))
+    shape, of_turns = (run_of_segment.size, n_channels), (len(loads), n_channels)
+    highest = highest_order(source.rig.n_planets)
     sums = CarrierSums(
         index=index,
         segments=(),
         run_of_segment=run_of_segment,
-        target=np.empty((*shape, index.size)),
+        target=np.empty((*shape, len(index))),
         basis=basis,
-        products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), _IN_MEMORY),
+        products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
-        amplitudes=np.zeros((*turns, n_signals, n_orders), dtype=np.complex128),
-        within=np.zeros((*turns, 2)),
-        run_of_revolution=run_of_revolution,
-        loads=np.empty((run_of_revolution.size, 3)),
+        orders=np.zeros((*of_turns, highest + 1), dtype=np.complex128),
+        within=np.zeros((*of_turns, 2)),
+        run_of_revolution=np.repeat(numbers, n_turns),
+        loads=np.array(loads),
     )
-    for group in groups_of_runs(runs):
-        columns = [RunColumns(runs[r], source) for r in group]
-        if not _fill(sums, group, columns, campaign.channels, n_blocks):
-            return None
+    for c, blocks in blocks_of_runs(runs, campaign.channels, source, n_blocks):
+        if c == 0:
+            products: FloatArray = np.zeros((len(blocks), *sums.products.shape[1:]))
+        members = basis.members[c]
+        upper = np.triu_indices(members.size)
+        triangle = sums.triangle(*upper)
+        for k, block in enumerate(blocks):
+            present = block.present
+            if not basis.holds(c, present[1:, ::_CHECKED]):
+                return None
+            orders, off_orders = block.orders(block.rows[0], highest)
+            sums.orders[block.turns, c] = orders
+            sums.within[block.turns, c] = off_orders
+            of_basis = present[1 + members]
+            sums.target[block.number, c] = present @ present[0]
+            products[k, c, triangle] = (of_basis @ of_basis.T)[upper]
+            sums.counts[block.number, c] = present.shape[1]
+        if c == n_channels - 1:
+            sums.products[blocks[0].number : blocks[-1].number + 1] = products
     return sums
 
 
@@ -389,7 +411,7 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
     records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
-    n_stored = n_basis * (n_basis + 1) // 2 + index.size
+    n_stored = n_basis * (n_basis + 1) // 2 + len(index)
     # Lines beside the orders are taken out of a copy of the records.
     needed = _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored
     if needed > _MOST_MEMORY:
@@ -404,85 +426,16 @@ def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
 
 
-def _fill(
-    sums: CarrierSums,
-    numbers: range,
-    runs: Sequence[RunColumns],
-    channels: Sequence[Channel],
-    n_blocks: int,
-) -> bool:
-    """Put the sums of some runs where they stand among all; tell whether the basis holds."""
-    blocks = [run.blocks(n_blocks) for run in runs]
-    turns = np.searchsorted(sums.run_of_revolution, numbers).tolist()
-    segments = np.searchsorted(sums.run_of_segment, [*numbers, numbers.stop]).tolist()
-    products = np.zeros((segments[-1] - segments[0], *sums.products.shape[1:]))
-    for turn, run in zip(turns, runs, strict=True):
-        loads = (run.inputs.torque, run.inputs.ntl_y, run.inputs.ntl_z)
-        for r, rows in enumerate(run.revolutions, start=turn):
-            sums.loads[r] = [column[rows].mean() for column in loads]
-    # Sensors that miss no sample share the fit of the orders.
-    fits: dict[int, OrderFit] = {}
-    for c, channel in enumerate(channels):
-        members = sums.basis.members[c]
-        upper = np.triu_indices(members.size)
-        triangle = sums.triangle(*upper)
-        with_orders = np.append(0, 1 + members)[: sums.amplitudes.shape[2]]
-        of_runs = blocks_of_runs(runs, channel, blocks)
-        for turn, segment, of_run in zip(turns, segments[:-1], of_runs, strict=True):
-            first = turn
-            for p, block in enumerate(of_run, start=segment):
-                present = block.rows[:, block.all_present]
-                if not sums.basis.holds(c, present[1:, ::_CHECKED]):
-                    return False
-                _fill_amplitudes(sums, block, with_orders, fits, (first, c))
-                basis = present[1 + members]
-                sums.target[p, c] = present @ present[0]
-                products[p - segments[0], c, triangle] = (basis @ basis.T)[upper]
-                sums.counts[p, c] = present.shape[1]
-                first += len(block.revolutions)
-    sums.products[segments[0] : segments[-1]] = products
-    return True
-
-
-def _fill_amplitudes(
-    sums: CarrierSums,
-    block: BlockColumns,
-    numbers: IntArray,
-    fits: dict[int, OrderFit],
-    at: tuple[int, int],
-) -> None:
-    """Fill the orders of some rows, and what is left of the target, from revolution and channel."""
-    turn, c = at
-    highest = sums.amplitudes.shape[-1] - 1
-    for r, revolution in enumerate(block.revolutions, start=turn):
-        present = block.present(revolution)
-        theta = block.inputs.carrier_angle[present]
-        if r not in fits or not np.array_equal(fits[r].theta, theta):
-            fits[r] = OrderFit(theta, highest)
-        if fits[r].is_too_sparse:
-            sums.amplitudes[r, c] = np.nan
-        else:
-            of_orders, sums.within[r, c] = fits[r].amplitudes(block.rows[numbers[:, None], present])
-            sums.amplitudes[r, c, : numbers.size] = of_orders.T
+def normal_sums(
+    slopes: FloatArray, gram: FloatArray, residual: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """``J.T J`` and ``J.T r`` over the channels, by segment or run."""
+    products = slopes @ gram
+    matrix = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
+    return matrix, (products @ residual[..., None])[..., 0].sum(axis=1)
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     """Sum of squares by segment and channel; a perfect fit leaves rounding of either sign."""
     products = (gram @ residual[..., None])[..., 0]
     return np.maximum((products * residual).sum(axis=-1), 0.0)
-
-
-class _StoredProducts(OrderedDict[tuple[str, tuple[int, ...], int], FloatArray]):
-    """Products by name, columns and first run, the last used of them up to a limit of bytes."""
-
-    def of(
-        self, name: str, columns: IntArray, runs: slice, make: Callable[[], FloatArray]
-    ) -> FloatArray:
-        """Products that are stored, or made and stored."""
-        key = (name, tuple(columns.tolist()), int(runs.start))
-        if key not in self:
-            self[key] = make()
-        self.move_to_end(key)
-        while len(self) > 1 and sum(one.nbytes for one in self.values()) > _STORED_BYTES:
-            self.popitem(last=False)
-        return self[key]

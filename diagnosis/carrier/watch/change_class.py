@@ -17,10 +17,13 @@ from typing import Annotated
 import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.answer import ANGLE, CLASS_OF_LAW, DELAY, GAIN, ZERO
+from carrierflex.diagnosis.carrier.classes.class_rows import shapes
+from carrierflex.diagnosis.carrier.records.columns import SAMPLES_A_TURN
 from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.measured_laws import rim_patterns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.rim import inputs_of_columns
@@ -29,8 +32,6 @@ from carrierflex.simulation.carrier.rim import inputs_of_columns
 EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
 ONE_CHANNEL = "channel/other"
 NO_CLASS = "none_of_these"
-#: Samples of the turn on which effects are evaluated.
-_SAMPLES = 144
 #: Factors on a channel are alike where they differ by less.
 _NEAR = 0.2
 
@@ -145,18 +146,9 @@ def _hypotheses(
 ) -> Iterator[_Hypothesis]:
     """Patterns, effects of the library, effects of the baseline, faults of the measurement."""
     quantities = [channel.quantity for channel in baseline.channels]
-    N = baseline.rig.n_planets
-    patterns: Mapping[str, Columns] = {
-        rim_patterns.OFFSET: rim_patterns.offset(quantities),
-        rim_patterns.TILT: rim_patterns.tilt(quantities),
-        rim_patterns.SADDLE: rim_patterns.saddle(quantities),
-        rim_patterns.PLANET_PASS: rim_patterns.planet_pass(quantities, N),
-        rim_patterns.MODULATED: rim_patterns.modulated_waves(quantities, N),
-        rim_patterns.TURNING_TILT: rim_patterns.turning_tilt(quantities),
-        rim_patterns.WAVES: rim_patterns.turning_waves(quantities, range(2, baseline.n_orders + 1)),
-        rim_patterns.UNEVEN: rim_patterns.uneven_waves(quantities, N),
-    }
-    for name, columns in patterns.items():
+    for shape in shapes():
+        name = shape.id
+        columns = next(iter(shape.columns.values()))(quantities, baseline.rig.n_planets)
         # Unequal pin loads make their waves in one ratio, which the library's effects know.
         if name in (rim_patterns.UNEVEN, rim_patterns.MODULATED) and "g_f" in baseline.rig.curves:
             continue
@@ -168,11 +160,8 @@ def _hypotheses(
     turn = _turn(loads)
     # Before the same effect of the library: of equal costs the first is taken.
     for term in baseline.terms:
-        signals = [
-            term.signal(baseline.sensor(channel), inputs_of_columns(turn), baseline.rig)
-            for channel in baseline.channels
-        ]
-        vector, _ = baseline.vectors(turn["carrier_angle"], np.array(signals))
+        rows = _effect_vectors(term.effect, baseline, turn, *term.shapes)
+        vector = np.tensordot(term.coefficients, rows, 1)
         length = float(np.linalg.norm(vector))
         if length and term.effect.id in CLASS_OF_LAW:
             name = CLASS_OF_LAW[term.effect.id]
@@ -181,7 +170,7 @@ def _hypotheses(
         if effect.pattern is None or effect.n_shapes or effect.weighed_by:
             continue
         if name in CLASS_OF_LAW:
-            rows = _effect_vectors(name, baseline, turn)
+            rows = _effect_vectors(effect, baseline, turn)
             if rows.any():
                 yield _Hypothesis(CLASS_OF_LAW[name], _unit(rows))
     yield from _faults(baseline, before)
@@ -253,17 +242,19 @@ def _pattern_vectors(columns: Columns, baseline: RimBaseline) -> FloatArray:
 
 def _turn(loads: FloatArray) -> dict[str, FloatArray]:
     """Columns of one turn under constant loads."""
-    theta = 2.0 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    theta = 2.0 * np.pi * np.arange(SAMPLES_A_TURN) / SAMPLES_A_TURN
     *forces, speed = loads.tolist()
     names = ("torque", "ntl_y", "ntl_z")
-    steady = {name: np.full(_SAMPLES, of) for name, of in zip(names, forces, strict=True)}
+    steady = {name: np.full(SAMPLES_A_TURN, of) for name, of in zip(names, forces, strict=True)}
     return {"time": theta / speed, "carrier_angle": theta} | steady
 
 
-def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:
+def _effect_vectors(
+    effect: Effect, baseline: RimBaseline, turn: Mapping[str, FloatArray], *shapes: float
+) -> FloatArray:
     """Vectors of the unit signals of an effect, shape (q, p, C)."""
-    effect, inputs = baseline.effects[name], inputs_of_columns(turn)
+    inputs, rig = inputs_of_columns(turn), baseline.rig
     sensors = [baseline.sensor(channel) for channel in baseline.channels]
-    signals = np.array([effect.signals(sensor, inputs, baseline.rig) for sensor in sensors])
+    signals = np.array([effect.signals(sensor, inputs, rig, *shapes) for sensor in sensors])
     angle = turn["carrier_angle"]
     return np.array([baseline.vectors(angle, of_unit)[0] for of_unit in signals.swapaxes(0, 1)])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
@@ -20,7 +20,6 @@ from carrierflex.identification.campaign.order_analysis import highest_order, to
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.library import RADIAL_MOTION
-from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import (
     CarrierInputs,
     CarrierRig,
@@ -251,9 +250,7 @@ def rim_baseline(
             "the baseline is a stage, or a drawing with [rig.tolerances], which is not evaluated "
             "sample by sample; expected source = 'model' or 'columns' without tolerances"
         )
-    n_planets = int(header.rig["n_planets"])
-    radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets) if "g_f" in curves else 0.0
-    rig = CarrierRig(float(header.rig["nominal_torque"]), n_planets, radius, curves)
+    rig = carrier_rig(header.rig, curves)
     effects = carrier_library(rig, tuple(RADIAL_MOTION.values()))
     is_columns = header.baseline.source == "columns"
     parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] = diagnosis["parameters"]

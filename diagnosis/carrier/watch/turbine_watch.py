@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
+from scipy.constants import day, hour
 
 from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass, named_change
 from carrierflex.diagnosis.carrier.watch.change_test import (
@@ -29,7 +30,6 @@ SETTLING = 50
 _SILENT = 3
 #: Revolutions that are kept for the change point at least.
 _RECENT = 256
-_SECONDS_A_DAY = 86400.0
 #: Change of the mean torque, over nominal, or of the radial load, over the torque's force at the
 #: sensor circle, that is another load.
 _OTHER_LOAD = 0.1
@@ -203,7 +203,7 @@ class TurbineWatch:
             self.floor = float(np.sqrt(scatter + about))
             times = self._last("times", self.options.learn)
             seconds = float(np.mean(times[:, 1] - times[:, 0]))
-            self.revolutions_a_day = _SECONDS_A_DAY / seconds
+            self.revolutions_a_day = day / seconds
             self.threshold = threshold_of(self.revolutions_a_day, self.options.false_alarms)
         else:
             self.noise = replace(self.noise, mean=self._last("residual", SETTLING).mean(axis=0))
@@ -219,7 +219,7 @@ class TurbineWatch:
         """The test of this turbine."""
         assert self.noise is not None
         drift = self.options.drift * self.floor
-        drift *= _SECONDS_A_DAY / self.revolutions_a_day / 3600.0
+        drift *= day / self.revolutions_a_day / hour
         return ChangeTest(
             memory=self.noise.memory[None],
             covariance=self.noise.covariance[None],

@@ -185,7 +185,7 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
     where = "carrierflex.diagnosis.carrier.classes.answer"
     monkeypatch.setattr(f"{where}._FEWEST_BLOCKS", 5)
     # Memory for the products of five blocks: not for those of every run.
-    monkeypatch.setattr(f"{where}._MOST_MEMORY", 5.5 * usual.gram[0].nbytes)
+    monkeypatch.setattr(f"{where}.IN_MEMORY", 5.5 * usual.gram[0].nbytes)
     merged = table()
     assert 3 <= len(merged.gram) <= 5
     assert_allclose(merged.floor.sum(), usual.floor.sum(), rtol=1e-12)

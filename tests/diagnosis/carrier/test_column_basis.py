@@ -18,7 +18,7 @@ from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign,
 
 def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     problem = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
-    every = np.arange(problem.records.index.size)
+    every = np.arange(len(problem.records.index))
     assert problem.records.basis.size < 0.6 * every.size
 
     def no_basis(runs, channels, source):
@@ -26,7 +26,7 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
 
     monkeypatch.setattr(sums, "_column_basis", no_basis)
     plain = accumulated_sums(problem.campaign, problem.model.source)
-    assert plain.nbytes > 2 * problem.records.nbytes
+    assert plain.products.nbytes > 2 * problem.records.products.nbytes
     result, expected = problem.records.gram(every), plain.gram(every)
     length = np.sqrt(np.diagonal(expected, axis1=2, axis2=3))
     # Columns of effects are zero where their load is; those of the flexible model but for rounding.
@@ -57,7 +57,7 @@ def test_sums_of_runs_made_together_are_those_of_each_run_alone(monkeypatch):
     together = accumulated_sums(problem.campaign, source)
     monkeypatch.setattr(columns, "_CHUNK", 1)
     alone = accumulated_sums(problem.campaign, source)
-    for name in ("target", "counts", "loads", "amplitudes", "within"):
+    for name in ("target", "counts", "loads", "orders", "within"):
         result, expected = getattr(together, name), getattr(alone, name)
         assert_allclose(result, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
@@ -70,16 +70,20 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
     for recorded, holds in ((run, True), (pushed, False)):
-        assert basis.holds(0, some_samples([recorded], source, 40)(CHANNELS[0])) is holds
+        columns = some_samples([recorded], source, 40).rows(CHANNELS[0])
+        assert basis.holds(0, np.array(list(columns.values())[1:])) is holds
 
 
-def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):
-    of_basis = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
-    monkeypatch.setattr(sums, "_AT_ONCE", 1)
-    of_records = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
-    assert of_records.records.amplitudes.shape[2] == 1 < of_basis.records.amplitudes.shape[2]
-    theta = of_basis.starts((), {})[1]
-    expected = of_records._residuals.orders((), theta)
-    assert np.isfinite(expected).all()
-    result = of_basis._residuals.orders((), theta)
-    assert_allclose(result, expected, atol=1e-10 * np.abs(expected).max())
+def test_orders_of_what_a_model_leaves_are_those_of_the_signal_less_the_model():
+    problem = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
+    theta = problem.starts((), {})[1]
+    none = np.zeros_like(theta)
+    measured, left = (problem._made_orders((), values) for values in (none, theta))
+    assert_allclose(measured, problem.records.orders, rtol=1e-12)
+    # Orders are linear in the signal, and the model is linear in its parameters.
+    doubled = problem._made_orders((), 2.0 * theta)
+    assert np.isfinite(left).all()
+    assert_allclose(
+        measured - doubled, 2.0 * (measured - left), atol=1e-12 * np.abs(measured).max()
+    )
+    assert np.abs(left).max() < 0.1 * np.abs(measured).max()

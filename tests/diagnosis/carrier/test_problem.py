@@ -198,13 +198,13 @@ def test_another_simulators_prediction_is_the_baseline():
 @pytest.mark.long
 def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypatch):
     usual = twin_problem()
-    size = usual.records.nbytes
+    size = usual.records.products.nbytes
     monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._USUAL_MEMORY", size // 3)
     smaller = twin_problem()
     assert len(smaller.segments) < len(usual.segments) / 2
-    assert smaller.records.nbytes <= size // 3
+    assert smaller.records.products.nbytes <= size // 3
     # The same record, in fewer blocks; products of orthogonal columns are rounding.
-    every = np.arange(usual.records.index.size)
+    every = np.arange(len(usual.records.index))
     result, expected = (problem.records.gram(every).sum(axis=0) for problem in (smaller, usual))
     size_of_column = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
     scale = size_of_column[:, :, None] * size_of_column[:, None, :]

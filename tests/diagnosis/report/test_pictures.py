@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.pictures import _carrier_polar, _mean_turns, _pins_passing
+from carrierflex.diagnosis.carrier.pictures import mean_turns, pins_passing, polar_pictures
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -143,7 +143,7 @@ def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
 def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():
     orders = np.zeros((4, 2, MAX_ORDER + 1), dtype=complex)
     orders[:, 0, 0], orders[:, 1, 3] = 2.0, [1.0, 3.0, np.nan, np.nan]
-    turns = _mean_turns(orders, np.array([0, 0, 0, 1]), 2)
+    turns = mean_turns(orders, np.array([0, 0, 0, 1]), 2)
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     assert_allclose(turns[0, 0], 2.0)
     assert_allclose(turns[0, 1], 2.0 * np.cos(3.0 * angle), atol=1e-12)
@@ -159,19 +159,19 @@ def test_polar_plots_leave_out_what_is_small_and_are_none_without_a_revolution()
         "passing": ({}, {"1": 0.4, "2": 2.5, "3": 4.6}, {}),
         "highest": 12,
     }
-    picture, *others = _carrier_polar(gap, 0.0 * gap, (), **names)
+    picture, *others = polar_pictures(gap, 0.0 * gap, (), **names)
     assert picture.panels[0].marks == {"1": 0.4, "2": 2.5, "3": 4.6}
     assert "orders 0 to 12; " in picture.caption
     assert "flexible pins have three lobes" in picture.caption
     assert [panel.title for panel in picture.panels] == ["sensor b", "sensor c"]
     assert "1 sensor with a smaller gap is not drawn" in picture.caption
     assert others == []
-    assert _carrier_polar(np.nan * gap, gap, (), **names) == ()
+    assert polar_pictures(np.nan * gap, gap, (), **names) == ()
 
 
 def test_a_pin_is_marked_where_the_sensor_reads_its_bore():
     # At that carrier angle the curve under the sensor is the curve at the pin.
-    for pin, theta in _pins_passing(np.deg2rad(47.0), 3).items():
+    for pin, theta in pins_passing(np.deg2rad(47.0), 3).items():
         assert_allclose(rem(np.deg2rad(47.0) - theta), rem(np.deg2rad(120.0 * (int(pin) - 1))))
 
 

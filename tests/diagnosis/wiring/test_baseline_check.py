@@ -156,7 +156,7 @@ def test_records_that_would_fill_the_memory_are_said_to_be_unchecked(monkeypatch
     problem = problem_of(campaign, curve_set())
     assert problem.wiring(campaign).unchecked == ""
     assert len(problem.wiring(campaign).predictions(None)) == len(campaign.runs)
-    monkeypatch.setattr(carrier_wiring, "_MOST_RECORDS", 1000)
+    monkeypatch.setattr(carrier_wiring, "IN_MEMORY", 500)
     assert problem.wiring(campaign).unchecked.startswith("records and prediction")
     assert problem.wiring(campaign).predictions(None) == ()
 
@@ -175,7 +175,7 @@ def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
     problem = problem_of(campaign, curve_set())
     (full, _) = problem.wiring(campaign).linear(None)
-    monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", full.columns.nbytes - 1)
+    monkeypatch.setattr(carrier_wiring, "IN_MEMORY", full.columns.nbytes - 1)
     (half, _) = problem.wiring(campaign).linear(None)
     assert_allclose(half.time, full.time[::2])
     assert_allclose(half.columns, full.columns[:, ::2])

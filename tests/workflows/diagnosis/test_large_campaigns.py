@@ -101,7 +101,7 @@ def test_records_of_a_large_campaign_are_read_where_they_are_asked_for(tmp_path)
 @pytest.mark.long
 def test_products_on_disk_are_those_in_memory(monkeypatch):
     usual = twin_problem("flange_warp")
-    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._IN_MEMORY", 0)
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums.IN_MEMORY", 0)
     stored = twin_problem("flange_warp")
     assert isinstance(usual.records.products, np.ndarray)
     assert isinstance(stored.records.products, StoredRows)
