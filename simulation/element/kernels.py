@@ -176,17 +176,6 @@ def _runge_kutta(
     )
 
 
-@njit(cache=True, inline="always")
-def _of_cells(at: float, cells: Array, first: float, per_node: float) -> float:
-    """Value of a table with even nodes, see :func:`smooth_motions`."""
-    last = cells.shape[1] - 1
-    position = 1.0 + (at - first) * per_node
-    # What is no number, of a motion that has run away, is taken as below the first node.
-    position = position if position > 0.0 else 0.0
-    k = int(position if position < last else last)
-    return float(cells[1, k] + cells[2, k] * (at - cells[0, k]))
-
-
 @njit(cache=True, nogil=True)
 def goes_together(p: Array, n_further: int) -> bool:
     """Whether :func:`motions_together` takes a parameter set, beside so many further values.

@@ -277,12 +277,14 @@ def _hidden_sizes(table: PlannedTable, weights: FloatArray) -> tuple[HiddenSize,
             continue
         parameter = table.parameters[effect]
         sigmas = _visible_multiple(max(len(signature.columns) for signature in shown))
-        visible_sizes = [
-            sigmas
-            * parameter.scale
-            / np.sqrt(np.median([gram.energies(at)[0] / len(at.columns) for at in shown]))
-            for gram in grams
-        ]
+        visible_sizes = []
+        for gram in grams:
+            energies = []
+            for at in shown:
+                remaining, square = gram.energies(at)
+                # Below rounding nothing is left.
+                energies.append(max(remaining, _DEPENDENT * square) / len(at.columns))
+            visible_sizes.append(sigmas * parameter.scale / np.sqrt(np.median(energies)))
         sizes.append(HiddenSize(effect, parameter.name, parameter.unit, *map(float, visible_sizes)))
     return tuple(sizes)
 
