@@ -43,7 +43,7 @@ class Problem(ProblemInTime):
     """Signals of one in every sample."""
 
     difference = 1e-6
-    unit = edges_hz = starts = pictures = candidate_experiments = cards_of = simulated = None
+    unit = edges_hz = starts = gap = pictures = candidate_experiments = cards_of = simulated = None
 
     def simulator(self, effects):
         return self.model.simulator
