@@ -171,8 +171,10 @@ def type_hints(annotated: Any) -> dict[str, Any]:
     annotated : class or function
         Its module may hold imports below ``if TYPE_CHECKING:``, which are made here.
     """
-    late: dict[str, Any] = {}
-    for node in ast.parse(inspect.getsource(sys.modules[annotated.__module__])).body:
+    module = sys.modules[annotated.__module__]
+    # What is defined there may build on what the module imports itself.
+    late = dict(vars(module))
+    for node in ast.parse(inspect.getsource(module)).body:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             exec(compile(ast.Module(node.body, []), annotated.__module__, "exec"), late)
     return get_type_hints(annotated, localns=late, include_extras=True)
