@@ -131,6 +131,9 @@ class ElementModel(ModelInTime):
         Deflection (force drive) or force (displacement drive); infinite where the motion diverges.
         `refined` multiplies the steps of integration.
         """
+        together = self.predicted_together(effects, [(record, [theta])], refined)
+        if together is not None:
+            return together[0][0]
         values = self._values(effects, theta)
         first, second = values.laws
         if not self.by_force:

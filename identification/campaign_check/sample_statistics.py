@@ -135,6 +135,13 @@ def repeats(values: FloatArray, moves: BoolArray) -> tuple[list[tuple[int, int]]
         Channel, missing samples NaN.
     moves : ndarray, shape (n,)
         Samples at which an input changes.
+
+    Returns
+    -------
+    list of (int, int)
+        First and one past the last index of every stretch.
+    int
+        Equal neighbours in a row that chance makes less than once in a million records.
     """
     equal = np.concatenate([[False], np.diff(values) == 0.0]) & moves
     if not equal.any():
