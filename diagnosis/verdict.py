@@ -31,9 +31,6 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
-#: Of classes that one drive mixes, or of more causes than two.
-_NOT_WHICH = "and these records do not show which"
-
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
@@ -225,7 +222,7 @@ def _leave_far_less(first: GapReduction | str | None, second: GapReduction | str
 
 def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
     """Classes of the answer, or of a tie, each of which holds one law and every law in one."""
-    if not laws:
+    if not laws or not answer.ids:
         return None
     for classes in (answer.ids, *answer.ties, (*answer.ids, *answer.learnt_by)):
         if _covers(laws, classes, answer):
@@ -290,10 +287,12 @@ def _without_class(of_fits: Verdict, answer: ClassAnswer, *, is_near_floor: bool
     laws, reduction = of_fits.effects, of_fits.reduction
     share, learnable = (min(max(one, 0.0), 1.0) for one in (answer.share, answer.learnable))
     is_open = share >= ClassConstants().leading_share
-    which = f"classes explain {share:.0%} of the gap, {_NOT_WHICH}"
+    which = f"classes explain {share:.0%} of the gap, and these records do not show which"
+    which = answer.changes or which
     if not laws:
         return replace(of_fits, reason=f"{which}; {of_fits.reason}") if is_open else of_fits
-    if is_near_floor or reduction.phi >= answer.learnable:
+    learn_no_more = reduction.phi >= answer.learnable and not answer.changes
+    if is_near_floor or learn_no_more:
         return replace(of_fits, answer=_by_laws(answer, laws, reduction))
     text = f"{which}; the best laws, {_listed(laws)}, explain {reduction.phi:.0%}"
     if not is_open:

@@ -402,6 +402,23 @@ def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
     return shares.is_gain(scores.ceiling(), decision.squares, least)
 
 
+def changed_size(scores: ClassScores, shares: Shares, decision: Decision) -> float:
+    """How far the force of one class changes its size, where that is much of what it leaves.
+
+    A force whose size changes in the course of the records (by heat, wear, another load) follows no
+    law of its class. Relative standard deviation over the blocks; zero where it keeps its size, or
+    a law could be all of the cause.
+    """
+    limits, result = shares.constants, decision.squares
+    fitted = scores.fitted(decision.classes)
+    is_whole = shares.is_at_floor(fitted) or shares.of(result) >= limits.law_explains
+    if len(decision.classes) != 1 or is_whole:
+        return 0.0
+    deviation, taken = scores.size_change(result)
+    above_floor = fitted.total - float(shares.floor.sum())
+    return deviation if taken > limits.size_changes * above_floor else 0.0
+
+
 def state_of(shares: Shares, result: HeldOutSquares) -> str:
     """Whether an answer is named, leads, or is no class, by the share it explains."""
     limits, share = shares.constants, shares.of(result)

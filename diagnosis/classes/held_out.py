@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Rounding of a product of columns of unit energy.
 _ROUNDING = 1e-12
@@ -270,6 +271,37 @@ class ClassScores:
         c = self._fit(model)
         raw = c * scale[model.columns] / scale[0]
         return dict(zip(model.columns.tolist(), raw.tolist(), strict=True))
+
+    def size_change(self, result: HeldOutSquares) -> tuple[float, float]:
+        """Relative standard deviation of the size of the classes' part over the blocks.
+
+        And the square that a size of its own in every block takes. The part is what the fit to all
+        blocks has beyond the baseline's regressors, which are fitted again beside its sizes.
+        """
+        model, n = self.model(result), self.table.n_base
+        c = self._fit(model)
+        products = products_of(self.table.gram, model)
+        total = products.sum(axis=0)
+        base = slice(1, 1 + n)
+        # Of what lies in the baseline's regressors a class takes any amount.
+        g = np.concatenate([np.zeros(1 + n), c[n:]])
+        g[base] = -normal_solution(total[base, base], total[base] @ g)
+        part = products @ g
+        energy = part @ g
+        if not energy.sum() > 0.0:
+            return 0.0, 0.0
+        # Normal equations: the baseline's regressors, then the part in each block.
+        A = np.diag(np.concatenate([np.zeros(n), energy]))
+        A[:n, :n] = total[base, base]
+        A[:n, n:] = part[:, base].T
+        A[n:, :n] = part[:, base]
+        remaining = products @ np.concatenate([[1.0], -c])
+        b = np.concatenate([remaining[:, base].sum(axis=0), remaining @ g])
+        change = normal_solution(A, b)
+        sizes = 1.0 + change[n:]
+        mean = np.average(sizes, weights=energy)
+        deviation = np.sqrt(np.average((sizes - mean) ** 2, weights=energy)) / abs(mean)
+        return float(deviation), float(b @ change)
 
     def _fit(self, model: ClassModel) -> FloatArray:
         """Coefficients of a model in the fit to all blocks."""

@@ -110,6 +110,9 @@ class ClassAnswer:
     #: Classes that hold each law, the narrowest first
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""  # What the records cannot say, as a sentence; empty where nothing
+    #: How the best class changes its size in the course of the records, as a sentence: no law keeps
+    #: up with it. Empty where it does not
+    changes: str = ""
     best: tuple[str, ...] = ()  # Classes that explain the share, where none is named
     #: Measured shapes of these classes, or of named ones that held-out records do not support
     unsupported: Mapping[str, Law | None] = field(default_factory=dict)

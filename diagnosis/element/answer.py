@@ -12,7 +12,14 @@ from carrierflex.diagnosis.classes.answer import (
     without_classes,
 )
 from carrierflex.diagnosis.classes.columns import TIME_VARIATION, GroupColumns
-from carrierflex.diagnosis.classes.decision import Decision, Drive, decide, is_short, state_of
+from carrierflex.diagnosis.classes.decision import (
+    Decision,
+    Drive,
+    changed_size,
+    decide,
+    is_short,
+    state_of,
+)
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -22,6 +29,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
 )
 from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.element.columns import DELAY, DRIVE_SIDE
 from carrierflex.diagnosis.element.force_records import (
     ForceRecord,
@@ -71,6 +79,14 @@ _SHORT_NOTE = (
     "all classes together explain more than the best answer, by as much as a further cause would: "
     "no class is named"
 )
+_CHANGES = (
+    "{} explains {:.0%} of the gap, but its size changes in the course of the records by {:.0%} "
+    "(standard deviation), as by heat, wear or another load"
+)
+_ONE_STATE = (
+    "record long runs at one level until nothing changes any more, and the same runs again at once:"
+    " a force that heat or wear changes is another one then"
+)
 _NO_ELEMENT = (
     "the motion is not that of a mass, a spring and a damper under this drive (a mass that sticks, "
     "a sensor that does not see it, drive and motion of different runs): on held-out records the "
@@ -117,8 +133,15 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
         falls_short=falls_short(table, decision),
     )
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
-    if is_cut:
-        note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
+    changes = ""
+    is_one = state_of(shares, decision.squares) != NO_CLASS and floor_is_known
+    if is_one and decision.classes != (TIME_VARIATION,):
+        deviation = changed_size(table.scores, shares, decision)
+        if deviation:
+            share = shares.of(decision.squares)
+            changes = _CHANGES.format(plain_name(decision.classes[0]), share, deviation)
+    if is_cut or changes:
+        note = "; ".join(text for text in (decision.note, changes or _SHORT_NOTE) if text)
         decision = replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
     answer = class_answer(
         table.scores,
@@ -129,6 +152,8 @@ def answer_of_table(table: ElementTable, noise_note: str) -> ClassAnswer:
         simulated=model.cards,
         shows_laws=not (drive.is_one_line and has_one_level(table)),
     )
+    if changes:
+        return replace(answer, experiment=_ONE_STATE, changes=changes)
     experiment = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(answer, experiment=experiment) if decision.is_inseparable else answer
 

@@ -10,6 +10,7 @@ from carrierflex.diagnosis.inference.results import (
     AT_NOISE_FLOOR,
     FLOOR_UNKNOWN,
     NO_INTERVAL,
+    NONE_OF_THESE,
     GapReduction,
     Interval,
     SelectionStep,
@@ -22,7 +23,8 @@ from carrierflex.diagnosis.wiring.refits import fault_words
 from carrierflex.files.quantities import UNKNOWN, number, scaled_unit, sized
 
 #: States of a row, as the page writes them.
-NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"
+NAMED, SEVERAL, NEAREST = "named", "one of several", "nearest, not named"
+UNEXPLAINED, FAULT = "unexplained", "check first"
 #: Values of one cause and findings of the check that stand on the first screen.
 _MOST_LISTED = 3
 #: Sizes that differ by less than this factor are called equal.
@@ -34,7 +36,7 @@ _MEASURED = "measured "
 class CauseRow(NamedTuple):
     """One cause, what remains, or a fault of the measurement."""
 
-    state: str  # NAMED, SEVERAL, UNEXPLAINED or FAULT
+    state: str  # NAMED, SEVERAL, NEAREST, UNEXPLAINED or FAULT
     name: str  # in words
     share: float = math.nan  # of the gap above the floor, 0 to 1; NaN where it has none
     ci95: Interval = NO_INTERVAL
@@ -103,8 +105,14 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
             named = _values(diagnosis, finding.law) if finding.law_named else []
             values = [*_shape_values(finding), *named]
         state = SEVERAL if others else NAMED
+        if diagnosis.verdict == NONE_OF_THESE:
+            state = NEAREST
         of = finding if is_by_class and finding is not None else step
-        yield CauseRow(state, name, of.share, of.share_ci95, values, _acts(data, step))
+        acts = _acts(data, step)
+        if diagnosis.classes is not None and diagnosis.classes.changes:
+            # The law keeps its size, and so what it takes: the effect does not.
+            acts = acts.partition("; ")[0]
+        yield CauseRow(state, name, of.share, of.share_ci95, values, acts)
 
 
 def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | None:

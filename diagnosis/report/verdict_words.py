@@ -146,6 +146,8 @@ def _fault_heading(diagnosis: Diagnosis) -> str:
 def _explained(diagnosis: Diagnosis) -> str:
     """First line without the faults of the measurement."""
     verdict, answer = diagnosis.verdict, diagnosis.classes
+    if verdict == NONE_OF_THESE and answer is not None and answer.changes:
+        return "An effect is missing whose size changes in the course of the records"
     if verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
     if diagnosis.reason_id == FLOOR_UNKNOWN:
@@ -283,6 +285,9 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
         return f"Look for the source of {names}: {has_it}."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
+    if answer is not None and answer.changes:
+        changing = listed([plain_name(name) for name in answer.best])
+        return f"Look for what changes the {changing}: temperature, lubrication, wear, load."
     if answer is not None and answer.experiment:
         return "Do not look for an unknown cause yet: classes explain the gap, but not apart."
     return (

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from carrierflex.blind_check.truth.element.drives import (
     DECAY,
@@ -38,12 +37,6 @@ _TEXTBOOK = 0.25
 _WAVE_NUMBERS = (1.0, 6.0)
 _NUMBERS = STATIC_LAWS | MEMORY_LAWS
 _PLAIN_FORM = np.zeros((3, N_FORM))
-
-
-#: Relaxation times of the linear memory, over the time in which the phase turns by one radian.
-_TIMES = np.geomspace(0.03, 30.0, 14)
-#: By how much the spring is curved further, and how often at most: to 10^4 times what it was.
-_MORE, _TIMES_MORE = 1.5, 23
 
 
 def drawn_element(rng: np.random.Generator, drive: str) -> Element:
@@ -176,10 +169,6 @@ def _with_cause(
     p[: len(parameters)] = parameters
     law = Law(_NUMBERS[cause.law], p, _PLAIN_FORM, np.array([1.0, *reference.scale]))
     law = _changed(rng, law, change, reference)
-    if name == "spring_and_dashpot":
-        # A law whose form is changed by less is one of its class still.
-        stiffness_ratio = float(rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
-        law = _beyond_linear_memory(law, reference, element.omega, stiffness_ratio)
     if name == "gap_in_spring":
         # The gap is in the element's own spring.
         amplitude = element.base[1] * reference.scale[0]
@@ -230,22 +219,3 @@ def _disturbance(rng: np.random.Generator, size: float, omega: float) -> Lines:
     lines = omega * rng.uniform(0.2, 2.0, n)
     amplitude = size * np.sqrt(2.0 / n) * np.ones(n)
     return Lines(amplitude, lines, rng.uniform(0.0, 2.0 * np.pi, n), 1e-6)
-
-
-def _beyond_linear_memory(law: Law, reference: Reference, omega: float, least_share: float) -> Law:
-    """Spring and dashpot with the least curvature of which a linear memory leaves enough."""
-    v = reference.columns[:, 1]
-    branches = [_relaxing(v, reference.step, time / omega) for time in _TIMES]
-    memory = replace(reference, columns=np.column_stack([reference.columns, *branches]))
-    for _ in range(_TIMES_MORE):
-        force = force_of(law, reference)
-        if memory.missing(force) >= least_share * reference.missing(force):
-            break
-        law = replace(law, p=law.p * np.array([_MORE, *np.ones(law.p.size - 1)]))
-    return law
-
-
-def _relaxing(v: FloatArray, step: float, tau: float) -> FloatArray:
-    """Deflection of a linear spring in series with a dashpot, shape (n,)."""
-    keep = np.exp(-step / tau)
-    return np.asarray(lfilter([tau * (1.0 - keep)], [1.0, -keep], v))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan, Label
 from carrierflex.blind_check.truth.element.case import (
@@ -21,6 +22,7 @@ from carrierflex.blind_check.truth.element.case import (
     settling_time,
 )
 from carrierflex.blind_check.truth.element.drawing import (
+    CHANGE,
     drawn_element,
     drawn_size,
     scaled,
@@ -31,7 +33,7 @@ from carrierflex.blind_check.truth.element.drawing import (
 from carrierflex.blind_check.truth.element.drives import DECAY, drawn_drives
 from carrierflex.blind_check.truth.element.element import Element, Law
 from carrierflex.blind_check.truth.element.families import CAUSES, acceptable_laws, class_sets
-from carrierflex.blind_check.truth.element.reference import reference_motion
+from carrierflex.blind_check.truth.element.reference import force_of, reference_motion
 from carrierflex.blind_check.truth.noise import (
     case_rng,
     coloured_noise,
@@ -63,6 +65,12 @@ _NEAR, _PASSES = 0.07, 8
 _SLOPES = (0.3, 3.0)
 #: Farthest that a size is changed at once, as a logarithm.
 _FARTHEST = 2.0
+
+
+#: Relaxation times of the linear memory, over the time in which the phase turns by one radian.
+_TIMES = np.geomspace(0.03, 30.0, 14)
+#: By how much the spring is curved further, and how often at most: to 10^4 times what it was.
+_MORE, _TIMES_MORE = 3.0, 9
 
 
 #: Relative standard deviation of the gains of drive and channel.
@@ -196,6 +204,8 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> ElementCase:
     size = drawn_size(rng, plain, reference)
     element, changes = with_causes(rng, plan.effects, plain, reference, size, len(drives))
     case = ElementCase(plan.drive, drives, plain, element, reference, changes)
+    if plan.effects == ("spring_and_dashpot",):
+        case = _beyond_linear_memory(case, rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
     if len(plan.effects) > 1:
         case = _balanced(case, plan.effects, rng.uniform(*_BALANCE))
     if plan.effects:
@@ -203,6 +213,35 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> ElementCase:
     # With nothing missing the curvature is the gap that the floor is set by.
     slight = size * 10.0 ** rng.uniform(*_SLIGHT)
     return bounded(replace(case, element=slightly_curved(rng, element, reference, slight)))
+
+
+def _beyond_linear_memory(case: ElementCase, least_share: float) -> ElementCase:
+    """Spring and dashpot with the least curvature of which a linear memory leaves enough.
+
+    It counts on the motion with the cause: of a mass under a force it holds back what the spring
+    alone would show, and on that motion a curved spring may be a straight one. A law whose form is
+    changed by less than `least_share` is one of its class.
+    """
+    for _ in range(_TIMES_MORE):
+        case = bounded(case)
+        motion = reference_motion(case.element, case.drives[-1], case.n)
+        law = case.element.laws[-1]
+        force = force_of(law, motion)
+        v = motion.columns[:, 1]
+        branches = [_relaxing(v, motion.step, time / case.plain.omega) for time in _TIMES]
+        memory = replace(motion, columns=np.column_stack([motion.columns, *branches]))
+        if memory.missing(force) >= least_share * motion.missing(force):
+            break
+        curved = replace(law, p=law.p * np.array([_MORE, *np.ones(law.p.size - 1)]))
+        laws = (*case.element.laws[:-1], curved)
+        case = replace(case, element=replace(case.element, laws=laws))
+    return bounded(case)
+
+
+def _relaxing(v: FloatArray, step: float, tau: float) -> FloatArray:
+    """Deflection of a linear spring in series with a dashpot, shape (n,)."""
+    keep = np.exp(-step / tau)
+    return np.asarray(lfilter([tau * (1.0 - keep)], [1.0, -keep], v))
 
 
 def _leaking(
