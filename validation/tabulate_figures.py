@@ -108,7 +108,10 @@ def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iter
         ]
         if not answers:
             continue
-        textbook = [answer for label, answer in answers if textbook_laws(label)]
+        of_laws = [(label, answer) for label, answer in answers if textbook_laws(label)]
+        # A law whose form is changed is another law: its class is named, and which is nearest.
+        textbook = [answer for label, answer in of_laws if not any(label.changes)]
+        changed = [answer for label, answer in of_laws if any(label.changes)]
         yield share_figure(
             kind,
             "textbook laws: named rightly, alone or in a tie",
@@ -116,9 +119,15 @@ def _law_figures(labels: dict[str, Label], verdicts: dict[str, Verdict]) -> Iter
         )
         yield share_figure(
             kind,
-            "the same, nearest laws of the classes counted",
+            "textbook laws: nearest laws of the classes counted",
             [bool(answer.is_law_right or answer.is_nearest_right) for answer in textbook],
         )
+        if changed:
+            yield share_figure(
+                kind,
+                "laws changed in form by 5 to 30 %: the law is named, or nearest",
+                [bool(answer.is_law_right or answer.is_nearest_right) for answer in changed],
+            )
         yield share_figure(
             kind,
             "all cases: a false law",
