@@ -1,10 +1,13 @@
 """Scoring of two answers to one sealed case, against published and hand-made examples."""
 
+from dataclasses import replace
+
 import pytest
 
 from carrierflex.blind_check.labels import Label
 from carrierflex.blind_check.sealing.verdicts import Verdict
 from validation.paired_score import paired_difference, scored_answer, textbook_laws, with_classes
+from validation.tabulate_figures import _law_figures
 
 
 def _label(kind: str, family: str, effects: tuple[str, ...], **more: object) -> Label:
@@ -77,3 +80,15 @@ def test_an_answer_to_nothing_missing_names_nothing() -> None:
     assert not scored_answer(
         label, _answer("class_named", [], ["housing/tilt/none"])
     ).is_class_right
+
+
+def test_a_law_of_another_form_is_no_textbook_law() -> None:
+    label = _label("element", "single", ("cubic_spring",), classes=("restoring_force",))
+    label = replace(label, acceptable=(("cubic_stiffness",),))
+    nearest = {"id": "restoring_force", "law": "cubic_stiffness"}
+    answer = Verdict({"verdict": "class_named", "effects": [], "classes": [nearest]}, 1.0)
+    labels = {"plain": replace(label, case="plain"), "bent": replace(label, changes=(0.2,))}
+    figures = list(_law_figures(labels, dict.fromkeys(labels, answer)))
+    cases = {figure.name: (figure.cases, figure.value) for figure in figures}
+    assert cases["textbook laws: named rightly, alone or in a tie"] == (1, 0.0)
+    assert cases["laws changed in form by 5 to 30 %: the law is named, or nearest"] == (1, 1.0)
