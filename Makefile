@@ -72,7 +72,7 @@ quick: install-development
 	$(PYTEST) -m "not slow and not long and not acceptance and not fuzz and not docs"
 
 long: install-development
-	$(PYTEST) -m "long and not docs"
+	$(PYTEST) -m "long and not docs and not acceptance"
 
 # What README and the pages tell: every code block, the gallery's pictures, the notebooks' cells, the tutorials from end to end.
 docs-test: install-development

@@ -23,10 +23,9 @@ def shifted(campaign, steps):
     return replace(campaign, runs=runs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("steps", [1, -1])
-@pytest.mark.parametrize(
-    "law", [no_law, pytest.param(cubic, marks=pytest.mark.long)], ids=["nothing", "cubic"]
-)
+@pytest.mark.parametrize("law", [no_law, cubic], ids=["nothing", "cubic"])
 def test_columns_that_are_a_step_late_are_a_clock_and_no_damping(law, steps):
     predicted = with_predictions(force_campaign(law), force_campaign(no_law, noise=1e-12))
     examination = examined(shifted(predicted, steps))

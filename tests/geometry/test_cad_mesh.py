@@ -170,6 +170,7 @@ def area(mesh, name):
     )
 
 
+@pytest.mark.long
 def test_facets_are_seen_from_outside_the_carrier_also_where_pins_fill_the_bores(cad_meshes):
     mesh = cad_meshes[True]
     for name, sign in (("pin_1_upwind", -1.0), ("pin_1_midspan", 1.0)):

@@ -81,7 +81,7 @@ def test_frequencies_are_code_asters_within_three_per_mille(frequencies_hz, n):
     assert_allclose(frequencies_hz[n], np.repeat(SDLS109_HZ, 2), rtol=3e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modes_come_in_pairs(frequencies_hz):
     # All sectors of the mesh are alike: both modes of a pair see the same stiffness.
     for result in frequencies_hz.values():

@@ -46,8 +46,9 @@ def stage_of(n_planets):
     return StageParameters(carrier, PinParameters(diameter=pin), gear)
 
 
-#: Three are looked at in many other tests.
-NUMBERS = (pytest.param(3, marks=pytest.mark.long), 4, pytest.param(5, marks=pytest.mark.long))
+pytestmark = pytest.mark.long
+
+NUMBERS = (3, 4, 5)
 
 
 @pytest.fixture(scope="module", params=NUMBERS, ids=lambda n: f"{n} planets")

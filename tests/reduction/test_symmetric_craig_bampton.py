@@ -31,8 +31,10 @@ from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampto
 AGREEMENT = 1e-8
 N_MODES = 12
 
+pytestmark = pytest.mark.long
 
-@pytest.fixture(scope="module", params=[pytest.param("flexible", marks=pytest.mark.long), "stiff"])
+
+@pytest.fixture(scope="module", params=["flexible", "stiff"])
 def paths(request, carrier):
     """Whole body, its reduction, the half sector and the reduction made from it."""
     mesh = request.getfixturevalue(f"{request.param}_half")
@@ -222,7 +224,6 @@ def certificate_figures(certificate):
     return {check.name: check.reached for check in certificate.checks if check.reached > 1e-6}
 
 
-@pytest.mark.long
 def test_the_certificate_by_blocks_is_that_of_the_whole_body(paths):
     structure, full, _, symmetric = paths
     expected, reached = certify(structure, full), certify_by_blocks(symmetric)
@@ -239,7 +240,6 @@ def failed(certificate):
     return {check.name.split(",")[0] for check in certificate.checks if not check.met}
 
 
-@pytest.mark.long
 def test_each_damage_fails_its_line_of_the_certificate_by_blocks(paths):
     *_, symmetric = paths
     m = len(symmetric.basis.K_bb)

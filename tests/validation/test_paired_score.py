@@ -87,7 +87,8 @@ def test_a_law_of_another_form_is_no_textbook_law() -> None:
     label = replace(label, acceptable=(("cubic_stiffness",),))
     nearest = {"id": "restoring_force", "law": "cubic_stiffness"}
     answer = Verdict({"verdict": "class_named", "effects": [], "classes": [nearest]}, 1.0)
-    labels = {"plain": replace(label, case="plain"), "bent": replace(label, changes=(0.2,))}
+    bent = replace(label, case="bent", changes=(0.2,))
+    labels = {label.case: label, bent.case: bent}
     figures = list(_law_figures(labels, dict.fromkeys(labels, answer)))
     cases = {figure.name: (figure.cases, figure.value) for figure in figures}
     assert cases["textbook laws: named rightly, alone or in a tie"] == (1, 0.0)

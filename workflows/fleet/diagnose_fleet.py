@@ -286,9 +286,11 @@ def diagnosed(
         for task in suspects:
             waiting.remove(task)
             with other_processes(1) as executor:
-                if not list(_results(executor, [task], work)):
-                    errors[task.name] = _ENDED
-                    stages.tell(f"{task.name}: {_ENDED}")
+                results = list(_results(executor, [task], work))
+            reason = results[0][1] if results else _ENDED
+            if reason is not None:
+                errors[task.name] = reason
+                stages.tell(f"{task.name}: {shortened(reason, _MOST_SHOWN)}")
     return errors
 
 

@@ -19,12 +19,14 @@ from carrierflex.blind_check.truth.element.truth import (
 )
 from carrierflex.blind_check.truth.noise import case_rng
 
+pytestmark = pytest.mark.long
+
 #: Causes and number of cases: a driven element, and two under a force, whose motion the causes
 #: change.
 PAIRS = [
     (("power_spring", "rubber"), 2),
-    pytest.param((("late_sensor", "cubic_damper"), 1), marks=pytest.mark.long),
-    pytest.param((("gap_in_spring", "coulomb"), 1), marks=pytest.mark.long),
+    (("late_sensor", "cubic_damper"), 1),
+    (("gap_in_spring", "coulomb"), 1),
 ]
 #: Number of a case of spring and dashpot under a force.
 FORCED = 1
@@ -49,7 +51,6 @@ def test_the_causes_of_a_pair_leave_alike(pair):
     assert 0.93 * _BALANCE[0] < second / first < 1.07 * _BALANCE[1]
 
 
-@pytest.mark.long
 def test_a_cause_whose_motion_runs_away_alone_leaves_what_the_motion_with_both_shows():
     """A softening spring under a random force, without the damper that drifts beside it."""
     effects = ("drifting_damper", "quadratic_spring")
@@ -71,7 +72,6 @@ def test_what_each_cause_shows_adds_up_to_the_records(pair):
     np.testing.assert_allclose((each - plain).sum(axis=0), recorded, atol=2e-3 * recorded.std())
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("number", [0, FORCED])
 def test_a_spring_that_hardens_before_a_dashpot_is_no_linear_memory(number):
     case = drawn(("spring_and_dashpot",), number, OUTSIDE, NOISE)

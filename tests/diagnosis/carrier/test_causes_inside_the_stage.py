@@ -36,6 +36,7 @@ def answer_to(truth, stage):
     return diagnose(problem, campaign="twin", kind="carrier")
 
 
+@pytest.mark.long
 def test_a_stage_that_nobody_solved_is_refused(stage):
     with pytest.raises(ValueError, match="'source' is 'stage'; expected predictions"):
         problem_of(measured(stage), default_curves())

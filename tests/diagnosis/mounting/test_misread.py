@@ -58,6 +58,7 @@ def test_misread_signals_move_the_fit_as_declared_errors_say():
         assert np.abs(change).max() > 1e-3
 
 
+@pytest.mark.long
 def test_noise_in_the_zero_of_a_run_moves_the_zero_of_a_sensor():
     made = mounting_campaign({"P_T": 0.05}, conditions=CONDITIONS[:2], seconds=60.0)
     first = int(made.rig["zeroing_samples"])

@@ -130,6 +130,7 @@ def test_joint_intervals_cover_the_truth_as_well(joint_estimates):
     assert (coverage <= 0.99).all(), coverage
 
 
+@pytest.mark.long
 def test_runs_that_agree_are_not_said_to_disagree(joint_estimates):
     sources = [estimate.covariance_source for estimate in joint_estimates]
     assert sources.count(JACKKNIFE) >= 0.99 * len(sources)

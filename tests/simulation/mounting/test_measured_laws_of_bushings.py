@@ -107,7 +107,7 @@ def test_a_law_in_the_plane_moves_the_housing_as_another_integrator_says(tables)
         (0.0, 3.0),
         state.states[0],
         t_eval=loads.time,
-        method="Radau",
+        method="LSODA",
         rtol=1e-8,
         atol=1e-12,
         max_step=loads.step,

@@ -27,7 +27,10 @@ from tests.simulation.fmi.fmpy_tool import Tool, central
 from tests.simulation.stage.conftest import SPEED
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy checks and runs the unit")
-pytestmark = pytest.mark.skipif(c_compiler() is None, reason="no C compiler")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(c_compiler() is None, reason="no C compiler"),
+]
 
 LOAD = SteadyLoad(360e3, ntl_y=50e3, ntl_z=-200e3)
 STEP = 1e-3
@@ -115,7 +118,6 @@ def reference(model, time):
     return np.column_stack([*columns, *(signals[s.name] - zero[s.name] for s in SENSORS)])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_a_unit_of_the_stage_is_valid_and_says_what_it_starts_with(unit_model, version, tmp_path):
     from fmpy.validation import validate_fmu
@@ -133,7 +135,6 @@ def test_a_unit_of_the_stage_is_valid_and_says_what_it_starts_with(unit_model, v
     assert all(v.description and v.unit for v in description.modelVariables)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("size", [1e-4, 0.0037, 0.05])
 @pytest.mark.usefixtures("all_modes")
 def test_steps_of_any_size_equal_the_integrator_of_the_stage(tool, loose, size):

@@ -16,10 +16,11 @@ from carrierflex.blind_check.sealing.check import LABELS_FILE, diagnosed, opened
 from carrierflex.blind_check.sealing.verdicts import TIMES_FILE, read_verdict
 from carrierflex.diagnosis.report.diagnosis_files import FORMAT, VERSION
 from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis import run_blind_check
 from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 from carrierflex.workflows.diagnosis.run_blind_check import main
 from carrierflex.workflows.executors import SerialExecutor
-from tests.workflows.checked_documents import checked_document
+from tests.workflows.checked_documents import checked_document, printed_again
 
 PLANS = tuple(
     CasePlan(
@@ -194,13 +195,17 @@ def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
 
 
 @pytest.mark.long
-def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
+def test_elements_are_judged_by_class_from_plan_to_page(tmp_path, command, monkeypatch):
     options = {"keep": False, "quiet": True}
     result = main(kind=("element",), cases=2, seed=11, out=tmp_path, **options)
     assert result.score is None
     document = checked_document(tmp_path / "blind_check.json")
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
     assert "### Figures by class" in (tmp_path / "blind_check.md").read_text(encoding="utf-8")
+    printed_again(
+        "blind-check --kind element --cases 2 --no-keep", result, tmp_path / "blind_check.json",
+        module=run_blind_check, command=command, monkeypatch=monkeypatch,
+    )  # fmt: skip
 
 
 @pytest.mark.long

@@ -15,12 +15,12 @@ from carrierflex.identification.campaign.campaign_files import read_campaign, wr
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
 from carrierflex.identification.campaign.declarations import KnownValue
 from carrierflex.reduction.changed_drawing import changed_drawing
-from carrierflex.workflows.diagnosis import diagnose_campaign
+from carrierflex.workflows.diagnosis import calibrate_campaign, diagnose_campaign
 from carrierflex.workflows.diagnosis.calibrate_campaign import _known_values, main
 from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, KNOWN, LOADS, RIG, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign
-from tests.workflows.checked_documents import checked_document
+from tests.workflows.checked_documents import checked_document, printed_again
 
 CAUSE, CHANGE = "planet_clearance_radius", 0.012
 SIZE = 0.1
@@ -52,7 +52,7 @@ def of_carrier(folder, curve, **tolerances):
 
 
 @pytest.mark.long
-def test_a_law_that_is_put_into_the_baseline_takes_the_gap(tmp_path):
+def test_a_law_that_is_put_into_the_baseline_takes_the_gap(tmp_path, command, monkeypatch):
     campaign = of_element(tmp_path / "campaign")
     (campaign / "notes.txt").write_text("a file of the user's", encoding="utf-8")
     before = {path.name: path.read_bytes() for path in campaign.iterdir()}
@@ -73,6 +73,10 @@ def test_a_law_that_is_put_into_the_baseline_takes_the_gap(tmp_path):
     document = checked_document(tmp_path / "out" / "calibration.json")
     assert document["text"].startswith("The change took 100 % of the gap")
     assert not (tmp_path / "out" / "parameters.toml").exists()
+    printed_again(
+        "calibrate campaign", result, tmp_path / "out" / "calibration.json",
+        module=calibrate_campaign, command=command, monkeypatch=monkeypatch,
+    )  # fmt: skip
 
     # Nothing is missing now, and what an earlier calibration left goes.
     shutil.move(tmp_path / "out" / "campaign", tmp_path / "calibrated")

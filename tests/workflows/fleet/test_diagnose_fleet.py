@@ -2,6 +2,8 @@
 
 import json
 import tomllib
+from concurrent.futures import BrokenExecutor, Future
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import date
 
@@ -9,7 +11,7 @@ import pyarrow.parquet as pa_parquet
 import pytest
 
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.workflows.executors import other_processes
+from carrierflex.workflows.executors import SerialExecutor, other_processes
 from carrierflex.workflows.fleet import diagnose_fleet
 from carrierflex.workflows.fleet.diagnose_fleet import Task, diagnosed, entry_of
 from carrierflex.workflows.progress import Stages
@@ -94,6 +96,25 @@ def test_a_process_that_is_lost_takes_no_other_campaign_with_it(tmp_path):
     assert errors["raises"] == "OSError: no space left"
     finished = {task.name for task in tasks if entry_of(task)["state"] == "finished"}
     assert finished == {"a", "b", "c", "d", "once"}
+
+
+class LosesItsProcess(SerialExecutor):
+    """Executor that does the work and whose answer is lost."""
+
+    def submit(self, function, /, *arguments, **options):
+        super().submit(function, *arguments, **options)
+        future = Future()
+        future.set_exception(BrokenExecutor("a process ended"))
+        return future
+
+
+@pytest.mark.long
+def test_a_campaign_that_is_run_again_alone_says_why_it_failed(tmp_path):
+    task = Task("raises", tmp_path, tmp_path / "out", "now")
+    errors = diagnosed(
+        [task], write_or_die, Stages(1, quiet=True), lambda: nullcontext(LosesItsProcess())
+    )
+    assert errors == {"raises": "OSError: no space left"}
 
 
 @pytest.mark.parametrize("has_fleet", [False, True])

@@ -80,8 +80,9 @@ def test_curves_at_the_default_size_are_those_at_half_of_it(name, variant, tmp_p
     assert largest < WANTED
 
 
-@pytest.mark.long
+@pytest.mark.acceptance
 def test_two_levels_give_what_a_factorisation_gives(tmp_path):
+    """The solver of :mod:`tests.fe.two_level_solver`, which the test above alone uses."""
     step, surfaces = write_solid("large_with_everything", tmp_path)
     mesh = CarrierFiles(step, surfaces).mesh("flexible", 0.1)
     structure, _ = given_structure("flexible", mesh, BODY_MATERIALS)

@@ -16,7 +16,7 @@ from carrierflex.reduction.body_files import read_body
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.main_job import run
 from carrierflex.workflows.screen.job_story import job_story
-from tests.workflows.checked_documents import checked_document
+from tests.workflows.checked_documents import checked_document, printed_again
 
 pytestmark = pytest.mark.long
 
@@ -97,6 +97,13 @@ def test_the_screen_tells_one_story_and_ends_with_three_files_that_are_there(job
     assert f"explains {gap['phi']:.1%}" in flat
     named = [line.split("  ")[0] for line in text.splitlines() if str(job.folder) in line][:3]
     assert [Path(name).is_file() for name in named] == [True, True, True]
+
+
+def test_the_command_prints_what_the_schema_says(job, command, monkeypatch):
+    line = f"run --size {COARSE} --mesh-sizes 0.07 --mesh-sizes 0.06"
+    file = job.folder / "summary.json"
+    document = printed_again(line, job, file, module=run, command=command, monkeypatch=monkeypatch)
+    assert document["given"] == {"out": str(job.folder), "size": COARSE, "mesh_sizes": [0.07, 0.06]}
 
 
 def test_files_are_whole_and_readable(job_folder):

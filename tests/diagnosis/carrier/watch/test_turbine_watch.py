@@ -78,6 +78,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHANGES)
 def test_an_alarm_names_class_begin_and_size_of_a_change(name):
     cause, expected, effect = CHANGES[name]
