@@ -25,7 +25,6 @@ from carrierflex.diagnosis.carrier.records.columns import (
     blocks_of_runs,
     delay_nodes,
 )
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
@@ -136,10 +135,13 @@ class CarrierModel:
     def blocks(
         self, campaign: Campaign, effects: Effects, choice: Choice, *thetas: FloatArray
     ) -> Iterator[tuple[int, BlockColumns, list["WeightTable"]]]:
-        """Blocks of the records at every sensor, with weights in the run at some parameters."""
+        """Blocks of the records at every sensor, with weights in the run at some parameters.
+
+        They are as long as memory holds.
+        """
         runs, source = campaign.within_use().runs, self.source
         tables: dict[int, list[WeightTable]] = {}
-        every = blocks_of_runs(runs, campaign.channels, source, MOST_BLOCKS, source.effects)
+        every = blocks_of_runs(runs, campaign.channels, source, None, source.effects)
         for c, blocks in every:
             if c == 0:
                 model = replace(self, index=blocks[0].index)
