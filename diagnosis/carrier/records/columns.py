@@ -309,7 +309,11 @@ class BlockColumns:
     @property
     def present(self) -> FloatArray:
         """Columns at the samples of all revolutions at which none is missing."""
-        return np.asarray(self.rows[:, self._present])
+        samples = self._present
+        first, n = int(samples[0]) if samples.size else 0, samples.size
+        if n and samples[-1] - first == n - 1:
+            return self.rows[:, first : first + n]
+        return np.asarray(self.rows[:, samples])
 
     @property
     def inputs(self) -> CarrierInputs:
