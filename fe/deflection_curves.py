@@ -207,7 +207,8 @@ def _of_table(cubics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArra
     values = np.empty_like(angle)
     for i, one in enumerate(angle):
         turned = one / width
-        # Rounding may put an angle on an edge into the cell beside it, whose cubic goes on smoothly.
+        # Rounding may put an angle on an edge into the cell beside it, whose cubic goes on as
+        # smoothly.
         first = np.floor(turned)
         along = (turned - first) * width
         c3, c2, c1, c0 = cubics[np.int64(first) & (len(cubics) - 1)]

@@ -23,9 +23,10 @@ ANGLE = "carrier_angle"
 _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 #: What is left at a first size over the least, up to which the smaller size is taken.
 _NEARLY = 1.5
-#: Samples in which a size is sought, of a channel in a run and of all; and those of a channel in a
-#: run that tell from which of several sizes on.
-_SAMPLES_OF_ONE, _MOST_SAMPLES, _SAMPLES_OF_A_START = 1000, 200_000, 250
+#: Samples in which a size is sought, of a channel in a run and of all.
+_SAMPLES_OF_ONE, _MOST_SAMPLES = 1000, 200_000
+#: Those of a channel in a run in which the size is chosen that a search begins with.
+_SAMPLES_OF_A_START = 250
 #: Rounds in which a size is sought, and the step of one over that of the round before.
 _ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
@@ -79,13 +80,15 @@ def sized_faults(
 ) -> Iterator[WiringRival]:
     """Baseline refitted with the zero of a load or of the angle put right, or an eccentric encoder.
 
-    Sizes are sought in some samples of a long campaign; what is left is of all.
+    Sizes are sought in some samples of a long campaign, from one that fewer tell; what is left is
+    of all.
     """
     n_channels, n_runs = len(campaign.channels), len(campaign.runs)
     n_samples = n_channels * sum(run.time.size for run in campaign.runs)
-    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
+    n_records = n_channels * n_runs
+    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_records))
     searched = campaign.thinned(every) if every > 1 else campaign
-    rough = searched.thinned(max(1, n_samples // (every * _SAMPLES_OF_A_START * n_channels * n_runs)))
+    rough = searched.thinned(max(1, n_samples // (every * _SAMPLES_OF_A_START * n_records)))
     for fault in _unknown_sizes(campaign):
 
         def square(of: Campaign, size: FloatArray, fault: _SizedFault = fault) -> float:

@@ -69,7 +69,7 @@ def uneven_pins_pattern(
     sensor_angle : float
         Housing angle v [rad].
     shares : ndarray, shape (n_planets,), (n_planets, n) or (n_planets, m, n)
-        Excess e_i of each pin's load, constant or over time, of one load or of m; their sum is zero.
+        Excess e_i of each pin's load, constant or over time, of one load or of m; they sum to zero.
     g : DeflectionCurve
         Displacement under the force ``g.unit_load`` on pin 1.
     pin_radius : float
