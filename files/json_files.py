@@ -111,10 +111,10 @@ def save_json(path: Path, content: object) -> None:
 
 
 def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None:
-    """Write what :func:`plain` made as JSON.
+    """Write what :func:`plain` made as JSON, piece by piece, no text of it in memory.
 
-    Long tables of numbers are read by no one: without an indent they take one line, which `dumps`
-    writes in compiled code.
+    Long tables of numbers are read by no one: without an indent they take one line, whose text is
+    made at once, by compiled code.
 
     Raises
     ------
@@ -124,7 +124,11 @@ def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None
     if path.is_file() and isinstance(content, dict) and not _has_key_of(path, content):
         refuse_to_replace(path)
     with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
-        text.write(json.dumps(content, indent=indent, ensure_ascii=False) + "\n")
+        if indent is None:
+            text.write(json.dumps(content, ensure_ascii=False))
+        else:
+            json.dump(content, text, indent=indent, ensure_ascii=False)
+        text.write("\n")
 
 
 def save_text(path: Path, text: str) -> None:
