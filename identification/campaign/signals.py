@@ -244,8 +244,7 @@ def with_gain(
     np.subtract(2.0 * level[..., -1:], level[..., -2 : -pad - 2 : -1], out=tail)
     # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
     fill = long[..., n + 2 * pad :]
-    along = np.arange(fill.shape[-1]) / max(fill.shape[-1] - 1, 1)
-    fill[...] = tail[..., -1:] + (long[..., :1] - tail[..., -1:]) * along
+    fill[...] = np.linspace(tail[..., -1], long[..., 0], fill.shape[-1], axis=-1)
     frequency = np.asarray(np.fft.rfftfreq(size, step), dtype=np.float64)
     spectrum = rfft(long, overwrite_x=True)
     # In place, as precise as the signal.
