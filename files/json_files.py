@@ -113,7 +113,8 @@ def save_json(path: Path, content: object) -> None:
 def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None:
     """Write what :func:`plain` made as JSON, piece by piece, no text of it in memory.
 
-    Long tables of numbers are read by no one: without an indent they take one line.
+    Long tables of numbers are read by no one: without an indent they take one line, whose text is
+    made at once, by compiled code.
 
     Raises
     ------
@@ -123,7 +124,10 @@ def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None
     if path.is_file() and isinstance(content, dict) and not _has_key_of(path, content):
         refuse_to_replace(path)
     with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
-        json.dump(content, text, indent=indent, ensure_ascii=False)
+        if indent is None:
+            text.write(json.dumps(content, ensure_ascii=False))
+        else:
+            json.dump(content, text, indent=indent, ensure_ascii=False)
         text.write("\n")
 
 

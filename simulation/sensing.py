@@ -19,10 +19,8 @@ FloatArray = NDArray[np.float64]
 
 #: Samples through which the polynomial goes.
 _STENCIL = 6
-#: Share of a step by which samples may be off an even grid, and samples from which one set of
-#: weights for all costs less than a set for each.
+#: Share of a step by which samples may be off an even grid.
 _EVEN = 1e-6
-_MANY = 4096
 
 
 @dataclass(frozen=True)
@@ -79,15 +77,11 @@ def delayed(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
     step = float(time[-1] - time[0]) / (n - 1)
     # Samples on either side that take the same weights as their neighbours on an even grid.
     margin = stencil + int(abs(delay) / step) + 1
-    is_short = n < max(_MANY, 3 * margin)
-    if is_short or not (np.abs(np.diff(time) - step) <= _EVEN * step).all():
+    if n < 3 * margin or not (np.abs(np.diff(time) - step) <= _EVEN * step).all():
         return _interpolated(time, values, time - delay)
     result = np.empty_like(values, dtype=np.float64)
-    ends = slice(0, 2 * margin), slice(n - 2 * margin, n)
-    outer = slice(0, margin), slice(-margin, None)
-    for end, samples in zip(ends, outer, strict=True):
-        of_end = _interpolated(time[end], values[end], time[end] - delay)
-        result[end][samples] = of_end[samples]
+    ends = np.concatenate([np.arange(margin), np.arange(n - margin, n)])
+    result[ends] = _interpolated(time, values, time[ends] - delay)
     shift = -delay / step
     first = int(np.ceil(shift)) - stencil // 2
     weights = _lagrange_weights(np.arange(first, first + stencil, dtype=np.float64), shift)
@@ -104,7 +98,7 @@ def _interpolated(time: FloatArray, values: FloatArray, wanted: FloatArray) -> F
     stencil = min(_STENCIL, time.size)
     first = np.clip(np.searchsorted(time, wanted) - stencil // 2, 0, time.size - stencil)
     nodes = time[first + np.arange(stencil)[:, None]]
-    result = np.zeros_like(values, dtype=np.float64)
+    result = np.zeros((wanted.size, *values.shape[1:]))
     for k, weight in enumerate(_lagrange_weights(nodes, wanted)):
         result += (weight * values[first + k].T).T
     return result

@@ -25,7 +25,6 @@ from carrierflex.diagnosis.carrier.records.columns import (
     blocks_of_runs,
     delay_nodes,
 )
-from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
@@ -136,10 +135,13 @@ class CarrierModel:
     def blocks(
         self, campaign: Campaign, effects: Effects, choice: Choice, *thetas: FloatArray
     ) -> Iterator[tuple[int, BlockColumns, list["WeightTable"]]]:
-        """Blocks of the records at every sensor, with weights in the run at some parameters."""
+        """Blocks of the records at every sensor, with weights in the run at some parameters.
+
+        They are as long as memory holds.
+        """
         runs, source = campaign.within_use().runs, self.source
         tables: dict[int, list[WeightTable]] = {}
-        every = blocks_of_runs(runs, campaign.channels, source, MOST_BLOCKS, source.effects)
+        every = blocks_of_runs(runs, campaign.channels, source, None, source.effects)
         for c, blocks in every:
             if c == 0:
                 model = replace(self, index=blocks[0].index)
@@ -228,13 +230,14 @@ class CarrierModel:
             name, one = errors[Measurement.ZERO], self.index.of(ONE)
             slopes_of_zero = {first[name]: 1.0}
             zeros = [_WeightedColumn(name, 0, one, value(name), slopes_of_zero)]
+        groups = [(list(filter(_acts, terms)), channels) for terms, channels in groups]
         terms = [*(term for terms, _ in groups for term in terms), *zeros]
-        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
+        columns = np.array(sorted({0, *(term.column for term in terms)}))
         shape = (len(unknowns), len(self.channels))
         slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
         table = WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
         for terms, channels in groups:
-            table.add(filter(_acts, terms), channels)
+            table.add(terms, channels)
         if Measurement.GAIN in errors:
             name = errors[Measurement.GAIN]
             table.amplify(choice[name], value(name), first[name])
@@ -244,18 +247,17 @@ class CarrierModel:
     def unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
         """Number of every effect's first unknown among those of a run, and their numbers by run."""
         first_of_run: dict[str, int] = {}
-        numbers: list[IntArray] = []
-        first, n_of_run = 0, 0
-        n_runs = len(self.runs)
+        numbers: list[int] = []  # Of the first run's unknowns
+        steps: list[int] = []  # From one run to the next
+        first = 0
         for name in (*self.contained, *effects):
-            first_of_run[name] = n_of_run
+            first_of_run[name] = len(numbers)
             n = len(self.effects[name].parameters)
-            of_run = np.arange(n_runs)[:, None] * n if self.effects[name].per_run else 0
-            numbers.append(np.broadcast_to(first + of_run + np.arange(n), (n_runs, n)))
+            numbers += range(first, first + n)
+            steps += [n if self.effects[name].per_run else 0] * n
             first += len(self._runs_of(name)) * n
-            n_of_run += n
-        empty = np.empty((n_runs, 0), dtype=np.int64)
-        return first_of_run, np.concatenate([empty, *numbers], axis=1)
+        runs = np.arange(len(self.runs))[:, None]
+        return first_of_run, np.array(numbers, np.int64) + runs * np.array(steps, np.int64)
 
     def _without_sensor_errors(
         self, first: Mapping[str, int], theta: FloatArray

@@ -293,10 +293,20 @@ class CarrierProblem(ComparisonProblem):
     ) -> Iterator[tuple[WeightTable, IntArray, IntArray, FloatArray]]:
         """Weights, run of each segment, numbers and products of the chosen ones, by slice."""
         for runs in self.records.slices:
-            table = self.model.weights(effects, self._choice(effects), theta, runs)
+            table = self._weights(effects, tuple(theta.tolist()), runs.start, runs.stop)
             some = np.flatnonzero(chosen[self.records.segments_of(runs)])
             gram = self.records.gram_of_slice(table.columns, runs)[some]
             yield table, self.records.run_in_slice(runs), some, gram
+
+    @cached_property
+    def _weights(self) -> Callable[[Effects, tuple[float, ...], int, int], WeightTable]:
+        """Weights of a set in some runs: a search sums up what it has just looked at."""
+        model, choice = self.model, self._choice
+        return lru_cache(1)(
+            lambda effects, theta, first, end: model.weights(
+                effects, choice(effects), np.array(theta), slice(first, end)
+            )
+        )
 
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
         """Lines and bands off the orders."""

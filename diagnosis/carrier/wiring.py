@@ -76,21 +76,20 @@ class LinearBaseline:
         for group in groups_within([run.time.size for run in runs], most):
             some = runs[group.start : group.stop]
             inputs = in_a_row([inputs_of(run) for run in some])
-            columns = np.stack([self._of_sensor(sensor, inputs) for sensor in sensors])
+            rows = [signals for one in sensors for signals in self._of_sensor(one, inputs)]
+            columns = np.concatenate(rows).reshape(len(sensors), n_columns, -1)
             ends = np.cumsum([run.time.size for run in some])
             yield from np.split(columns, ends[:-1], axis=2)
 
-    def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray:
-        """Signals of all effects at the shapes, and with the weights, of the fit."""
+    def _of_sensor(self, sensor: RimSensor, inputs: CarrierInputs) -> Iterator[FloatArray]:
+        """Signals of every effect at the shapes, and with the weights, of the fit."""
         weights = {effect: value for (effect, _), value in self.values.items()}
-        columns = []
         for effect in self.effects:
             shapes = [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
             signals = effect.signals(sensor, inputs, self.model.source.rig, *shapes)
             if effect.weighed_by:
                 signals = signals[:1] + weights.get(effect.weighed_by, 0.0) * signals[1:]
-            columns.append(signals)
-        return np.concatenate(columns)
+            yield signals
 
     @cached_property
     def unknowns(self) -> tuple[list[IntArray], tuple[FloatArray, FloatArray]]:

@@ -37,7 +37,8 @@ def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
     Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n).
     """
     columns = np.concatenate([[0], model.columns])
-    return gram.take(columns, axis=-2).take(columns, axis=-1)
+    places = gram.shape[-1] * columns[:, None] + columns
+    return gram.reshape(*gram.shape[:-2], -1).take(places, axis=-1, mode="clip")
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:

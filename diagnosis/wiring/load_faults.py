@@ -25,6 +25,8 @@ _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 _NEARLY = 1.5
 #: Samples in which a size is sought, of a channel in a run and of all.
 _SAMPLES_OF_ONE, _MOST_SAMPLES = 1000, 200_000
+#: Those of a channel in a run in which the size is chosen that a search begins with.
+_SAMPLES_OF_A_START = 250
 #: Rounds in which a size is sought, and the step of one over that of the round before.
 _ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
@@ -78,18 +80,22 @@ def sized_faults(
 ) -> Iterator[WiringRival]:
     """Baseline refitted with the zero of a load or of the angle put right, or an eccentric encoder.
 
-    Sizes are sought in some samples of a long campaign; what is left is of all.
+    Sizes are sought in some samples of a long campaign, from one that fewer tell; what is left is
+    of all.
     """
     n_channels, n_runs = len(campaign.channels), len(campaign.runs)
     n_samples = n_channels * sum(run.time.size for run in campaign.runs)
-    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
+    n_records = n_channels * n_runs
+    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_records))
     searched = campaign.thinned(every) if every > 1 else campaign
+    rough = searched.thinned(max(1, n_samples // (every * _SAMPLES_OF_A_START * n_records)))
     for fault in _unknown_sizes(campaign):
 
-        def square(size: FloatArray, fault: _SizedFault = fault) -> float:
-            return refitted(with_inputs(searched, "", {fault.about: fault.corrected(size)}))
+        def square(of: Campaign, size: FloatArray, fault: _SizedFault = fault) -> float:
+            return refitted(with_inputs(of, "", {fault.about: fault.corrected(size)}))
 
-        size, least = _least(square, _first_size(square, fault), fault.step)
+        first = _first_size(partial(square, rough), fault)
+        size, least = _least(partial(square, searched), first, fault.step)
         corrected = with_inputs(campaign, "", {fault.about: fault.corrected(size)})
         if searched is not campaign:
             least = refitted(corrected)

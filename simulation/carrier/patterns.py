@@ -68,8 +68,8 @@ def uneven_pins_pattern(
         Carrier angle theta [rad] and torque T [N m].
     sensor_angle : float
         Housing angle v [rad].
-    shares : ndarray, shape (n_planets,) or (n_planets, n)
-        Excess e_i of each pin's load, constant or over time; their sum is zero.
+    shares : ndarray, shape (n_planets,), (n_planets, n) or (n_planets, m, n)
+        Excess e_i of each pin's load, constant or over time, of one load or of m; they sum to zero.
     g : DeflectionCurve
         Displacement under the force ``g.unit_load`` on pin 1.
     pin_radius : float
@@ -79,7 +79,7 @@ def uneven_pins_pattern(
 
     Returns
     -------
-    ndarray, shape (n,)
+    ndarray, shape (n,) or (m, n)
         Displacement [m].
 
     References
@@ -89,7 +89,7 @@ def uneven_pins_pattern(
     """
     displacement = g.radial_at if radial else g.axial_at
     force = torque / (len(shares) * pin_radius * g.unit_load)
-    total = np.zeros_like(carrier_angle)
+    total = np.zeros((*shares.shape[1:-1], carrier_angle.size))
     for share, angle in zip(shares, pin_angles(len(shares)), strict=True):
         if np.any(share):
             total += share * displacement(sensor_angle - carrier_angle - angle)
@@ -108,14 +108,16 @@ def load_turned_shares(
 
     Parameters
     ----------
-    carrier_angle, ntl_y, ntl_z : ndarray, shape (n,)
-        Carrier angle [rad], radial load [N].
+    carrier_angle : ndarray, shape (n,)
+        Carrier angle [rad].
+    ntl_y, ntl_z : ndarray, shape (n,) or (m, 1, n)
+        Radial load [N], or m of them.
     n_planets : int
         Pins.
 
     Returns
     -------
-    tuple of ndarray, shape (n_planets, n)
+    tuple of ndarray, shape (n_planets, n) or (m, n_planets, n)
         Shares per unit of the coefficients kappa_r and kappa_t [N per 1/N]; each sums to zero over
         the pins.
     """

@@ -58,14 +58,16 @@ def test_signals_side_by_side_are_delayed_as_one_by_one():
 
 @pytest.mark.parametrize("delay", [0.013, -0.027, 0.5, -40.0])
 def test_a_long_record_is_delayed_as_its_stretches_are(delay):
-    # A record of many samples on an even grid takes one set of weights, a short one a set each.
+    # A record on an even grid takes one set of weights, one with a longer step a set each.
     time = 7.0 + 0.02 * np.arange(6000)
     signals = np.random.default_rng(3).standard_normal((6000, 2))
     signals[2000, 1] = np.nan
     at_once = delayed(time, signals, delay)
     for first in range(0, 4000, 1500):
         stretch = slice(first, first + 3000)
-        read = delayed(time[stretch], signals[stretch], delay)
+        uneven = time[stretch].copy()
+        uneven[0 if first else -1] += -0.001 if first else 0.001
+        read = delayed(uneven, signals[stretch], delay)
         inside = slice(0 if delay > 0.0 and first == 0 else 2100, None if first == 3000 else 900)
         assert_allclose(read[inside], at_once[stretch][inside], rtol=1e-9, atol=1e-10)
 

@@ -189,10 +189,15 @@ def main(
         from carrierflex.workflows.view3d.rim_motion_files import rim_motion
         from carrierflex.workflows.view3d.rim_scene import rim_scene
 
-        diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
-        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found. A
-        # problem and the results that it keeps point to one another.
-        gc.collect()
+        # What is imported and read by now is no garbage to look for below.
+        gc.freeze()
+        try:
+            diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
+            # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found. A
+            # problem and the results that it keeps point to one another.
+            gc.collect()
+        finally:
+            gc.unfreeze()
         _return_freed_memory()
         diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
         motion = rim_motion(diagnosis, measured) if report else None

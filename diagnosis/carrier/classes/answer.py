@@ -347,15 +347,16 @@ def _products(
         of_classes = rows.classes.of_run(run)
         segments = records.segments_of(slice(run, run + 1))
         blocks, first = np.unique(block_of_segment[segments], return_index=True)
-        gram = np.zeros((blocks.size, size, size))
         products = records.products_of_basis(segments, first)
+        by_channel, weighted = [], []
         for channel in range(len(model.channels)):
             numbers, of_effects = rows_at(rows.effects.groups, run, channel, n_columns)
             weights = np.zeros((size, len(records.index)))
             weights[rows.of_row[numbers], :n_columns] = of_effects
             weights[waves, n_columns:] = of_classes[:, channel]
-            by_basis = records.by_basis(channel, weights)
-            gram += by_basis @ products[:, channel] @ by_basis.T
+            by_channel.append(records.by_basis(channel, weights))
+            weighted.append(by_channel[-1] @ products[:, channel])
+        gram = np.concatenate(weighted, axis=2) @ np.hstack(by_channel).T
         before += np.diag(gram.sum(axis=0))[:end]
         result[blocks] += _without_run(gram, rows.of_run)
     # What the parameters of the runs take completely is rounding of either sign.
@@ -368,10 +369,12 @@ def _products(
 def _without_run(gram: FloatArray, of_run: slice) -> FloatArray:
     """Products of one run by block once its parameters, the last ones, are fitted to it."""
     total = gram.sum(axis=0)
-    fit = total[:, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=ROUNDING)
-    taken = fit @ gram[:, of_run]
-    reduced = gram + (fit @ gram[:, of_run, of_run] @ fit.T - taken - np.swapaxes(taken, 1, 2))
-    return np.asarray(reduced[:, : of_run.start, : of_run.start])
+    rest = slice(0, of_run.start)
+    fit = total[rest, of_run] @ np.linalg.pinv(total[of_run, of_run], rcond=ROUNDING)
+    # ``G - F R - (F R)' + F G_rr F'`` with R the rows of the run, as one product and its transpose.
+    half = gram[:, of_run, rest] - 0.5 * gram[:, of_run, of_run] @ fit.T
+    taken = fit @ half
+    return np.asarray(gram[:, rest, rest] - taken - np.swapaxes(taken, 1, 2))
 
 
 def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, ...]]:

@@ -309,7 +309,11 @@ class BlockColumns:
     @property
     def present(self) -> FloatArray:
         """Columns at the samples of all revolutions at which none is missing."""
-        return np.asarray(self.rows[:, self._present])
+        samples = self._present
+        first, n = int(samples[0]) if samples.size else 0, samples.size
+        if n and samples[-1] - first == n - 1:
+            return self.rows[:, first : first + n]
+        return np.asarray(self.rows[:, samples])
 
     @property
     def inputs(self) -> CarrierInputs:
@@ -354,12 +358,13 @@ def blocks_of_runs(
     runs: Sequence[Run],
     channels: Sequence[Channel],
     source: ColumnSource,
-    most_blocks: int,
+    most_blocks: int | None,
     owners: Collection[str] | None = None,
 ) -> Iterator[tuple[int, list[BlockColumns]]]:
     """Columns of the blocks of every run, as many blocks as are in memory at once.
 
-    Of those at each sensor in turn, whose number is given. The target, and another simulator's
+    Of those at each sensor in turn, whose number is given. `most_blocks` are those of a run, None:
+    as few as are in memory at once. The target, and another simulator's
     prediction, are always among the columns; beside them those of `owners` alone; default: of all
     effects, and of the flexible model.
     """
@@ -370,7 +375,8 @@ def blocks_of_runs(
         for r, run in columns.items():
             samples = whole_revolutions(run.run).samples
             n = len(samples)
-            for turns in np.array_split(np.arange(n), min(most_blocks, n)):
+            n_blocks = most_blocks or -(-run.run.time.size // _CHUNK)
+            for turns in np.array_split(np.arange(n), min(n_blocks, n)):
                 revolutions = [samples[k] for k in turns]
                 blocks.append((r, number, slice(turn, turn + turns.size), revolutions))
                 number += 1

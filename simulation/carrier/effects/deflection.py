@@ -69,18 +69,18 @@ def _turned_loads(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> 
     Loads that stand still turn through the pins once a revolution.
     """
     pins = rig.pins_at(inputs.carrier_angle)
-    weight = (np.zeros_like(inputs.ntl_z), np.ones_like(inputs.ntl_z))
-    signals = []
-    for load in (weight, (inputs.ntl_y, inputs.ntl_z)):
-        _, across = patterns.load_turned_shares(pins, *load, rig.n_planets)
-        signals += [_tangential_loads(g, sensor, pins, rig, across) for g in ("g_s", "g_f")]
-    return np.array(signals)
+    along_y = np.stack([np.zeros_like(inputs.ntl_y), inputs.ntl_y])[:, None]
+    along_z = np.stack([np.ones_like(inputs.ntl_z), inputs.ntl_z])[:, None]
+    _, across = patterns.load_turned_shares(pins, along_y, along_z, rig.n_planets)
+    shares = np.swapaxes(across, 0, 1)
+    signals = [_tangential_loads(g, sensor, pins, rig, shares) for g in ("g_s", "g_f")]
+    return np.stack(signals, axis=1).reshape(4, -1)
 
 
 def _tangential_loads(
     curve: str, sensor: RimSensor, pins: FloatArray, rig: CarrierRig, across: FloatArray
 ) -> FloatArray:
-    """Signal of pins that carry the tangential part ``F . t(beta_i)`` of a load, shape (n,)."""
+    """Signals of pins that carry the tangential part ``F . t(beta_i)`` of m loads, shape (m, n)."""
     # As excess of a torque that loads every pin with one newton.
     one_newton = np.full_like(pins, rig.n_planets * rig.pin_radius)
     return patterns.uneven_pins_pattern(
