@@ -285,7 +285,8 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
         return f"Look for the source of {names}: {has_it}."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
-    if answer is not None and answer.changes:
+    # A clock that drifts changes what it makes of a force, too.
+    if answer is not None and answer.changes and not diagnosis.reason_id:
         changing = listed([plain_name(name) for name in answer.best])
         return f"Look for what changes the {changing}: temperature, lubrication, wear, load."
     if answer is not None and answer.experiment:

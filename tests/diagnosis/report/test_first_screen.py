@@ -101,6 +101,19 @@ def test_classes_that_one_frequency_mixes_are_measured_apart_and_no_unknown_caus
     assert verdict_heading(unknown) == "No known effect explains the gap"
 
 
+def test_what_changes_the_size_of_an_effect_is_looked_for():
+    named = with_verdict(diagnosis("named"), "class_named")
+    answer = replace(
+        named.classes, state=NO_CLASS, classes=(), best=("dissipation",), changes="its size changes"
+    )
+    line = replace(named, verdict="none_of_these", classes=answer)
+    assert verdict_heading(line).startswith("An effect is missing whose size changes")
+    assert next_step(line).startswith("Look for what changes the dissipation: temperature")
+    # A fault of the measurement that explains it changes no dissipation.
+    fault = replace(line, reason_id="wiring/clock")
+    assert "temperature" not in next_step(fault)
+
+
 def test_a_fault_beside_one_of_two_classes_is_an_alternative_to_both():
     classes = SimpleNamespace(
         ids=("coupled_damping", "memory"), ties=(), classes=(), state="named", experiment=""
@@ -160,6 +173,21 @@ def test_shares_of_causes_and_of_what_is_not_explained_are_one():
     classes = replace(with_share.classes, classes=(high, second))
     rows = cause_rows(data_of(replace(with_share, classes=classes), campaign))
     assert_allclose([row.share for row in rows], [0.64, 0.16, 0.2])
+
+
+def test_a_fitted_law_is_called_named_only_where_a_cause_is():
+    named, campaign = diagnosed_element("element")
+    assert [row.state for row in cause_rows(data_of(named, campaign))][:1] == ["named"]
+    none = replace(
+        named,
+        verdict="none_of_these",
+        attribution=replace(named.attribution, effects=()),
+        classes=replace(named.classes, state=NO_CLASS, classes=()),
+    )
+    assert [row.state for row in cause_rows(data_of(none, campaign))] == [
+        "nearest, not named",
+        "unexplained",
+    ]
 
 
 def test_signals_are_compared_where_the_gap_is_largest():
