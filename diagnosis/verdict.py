@@ -287,8 +287,9 @@ def _without_class(of_fits: Verdict, answer: ClassAnswer, *, is_near_floor: bool
     laws, reduction = of_fits.effects, of_fits.reduction
     share, learnable = (min(max(one, 0.0), 1.0) for one in (answer.share, answer.learnable))
     is_open = share >= ClassConstants().leading_share
-    which = f"classes explain {share:.0%} of the gap, and these records do not show which"
-    which = answer.changes or which
+    which = answer.changes or (
+        f"classes explain {share:.0%} of the gap, and these records do not show which"
+    )
     if not laws:
         return replace(of_fits, reason=f"{which}; {of_fits.reason}") if is_open else of_fits
     learn_no_more = reduction.phi >= answer.learnable and not answer.changes

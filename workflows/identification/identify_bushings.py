@@ -350,8 +350,8 @@ def _refuse_unseen(T: NDArray[np.float64], sensors: Sequence[str]) -> None:
     )
     raise ValueError(
         f"housing motion: {len(sensors)} sensors ({', '.join(sensors)}) see {rank} of "
-        f"{len(HOUSING_MOTION)} coordinates; the motion {terms} stays unseen; expected more "
-        "sensors, or fewer coordinates to solve for"
+        f"{len(HOUSING_MOTION)} coordinates; the motion {terms} stays unseen; expected "
+        "sensors that see it ('sensor' of [[channels]])"
     )
 
 
