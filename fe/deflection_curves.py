@@ -8,7 +8,6 @@ are those of one pin force of 1 N on pin 1, in the direction that a positive tor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -83,7 +82,10 @@ class DeflectionCurve:
             return _fourier_series(getattr(self, direction), angle)
         if direction not in self._tables:
             self._tables[direction] = _table_of(getattr(self, direction))
-        return _of_table(self._tables[direction], angle.ravel()).reshape(angle.shape)
+        # Where help is asked for, no compiler is needed.
+        from carrierflex.fe.curve_look_up import values_at
+
+        return values_at(self._tables[direction], angle.ravel()).reshape(angle.shape)
 
     @cached_property
     def _tables(self) -> dict[str, NDArray[np.float64]]:
@@ -198,22 +200,6 @@ def _table_of(samples: NDArray[np.float64]) -> NDArray[np.float64]:
     c2 = (3.0 * secant - 2.0 * slope - end_slope) / width
     c3 = (slope + end_slope - 2.0 * secant) / width**2
     return np.stack([c3, c2, slope, value], axis=1)
-
-
-@numba.njit(cache=True)
-def _of_table(cubics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values at angles [rad] of the cubics of even cells of a turn, a power of two of them."""
-    width = 2.0 * np.pi / len(cubics)
-    values = np.empty_like(angle)
-    for i, one in enumerate(angle):
-        turned = one / width
-        # Rounding may put an angle on an edge into the cell beside it, whose cubic goes on as
-        # smoothly.
-        first = np.floor(turned)
-        along = (turned - first) * width
-        c3, c2, c1, c0 = cubics[np.int64(first) & (len(cubics) - 1)]
-        values[i] = c0 + along * (c1 + along * (c2 + along * c3))
-    return values
 
 
 def _fourier_series(
