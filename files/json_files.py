@@ -111,10 +111,11 @@ def save_json(path: Path, content: object) -> None:
 
 
 def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None:
-    """Write what :func:`plain` made as JSON, piece by piece, no text of it in memory.
+    """Write what :func:`plain` made as JSON.
 
-    Long tables of numbers are read by no one: without an indent they take one line, whose text is
-    made at once, by compiled code.
+    With an indent it is written piece by piece, no text of it in memory. Long tables of numbers are
+    read by no one: without an indent they take one line, whose text is made at once, by compiled
+    code.
 
     Raises
     ------

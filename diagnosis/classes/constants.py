@@ -56,7 +56,8 @@ class ClassConstants:
     small_cause_errors: float = 4.0
     gain_of_left: float = 0.5  # Share of what the first answer leaves that a richer one must take
     #: Share of what a class leaves that its size by block may take: friction that its own heat
-    #: softens gives up 0.3 to 0.9, what keeps its size 0.2 at most, the servo axis of EMPS 0.15
+    #: softens gives up 0.35 to 0.86, what keeps its size 0.24 at most from two floors on, the
+    #: sloshing tank 0.04 and the servo axis of EMPS 0.03
     size_changes: float = 0.3
     #: R² of the drive's amplitude, or of its frequency, on the time splines above which a change
     #: with time is not separable from the drive (sweeps and decays 0.6 to 1.0; multisines, noise

@@ -108,11 +108,7 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
         if diagnosis.verdict == NONE_OF_THESE:
             state = NEAREST
         of = finding if is_by_class and finding is not None else step
-        acts = _acts(data, step)
-        if diagnosis.classes is not None and diagnosis.classes.changes:
-            # The law keeps its size, and so what it takes: the effect does not.
-            acts = acts.partition("; ")[0]
-        yield CauseRow(state, name, of.share, of.share_ci95, values, acts)
+        yield CauseRow(state, name, of.share, of.share_ci95, values, _acts(data, step))
 
 
 def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | None:
@@ -180,7 +176,10 @@ def _acts(data: ReportData, step: SelectionStep) -> str:
         low = step.by_run[least]
         text += f", {sized(low, unit) if low > 0.0 else 'nothing'} in {least}"
     first, second = step.halves
-    if not (math.isfinite(first) and math.isfinite(second)):
+    answer = data.diagnosis.classes
+    # A law keeps its size, and so what it takes, where the effect changes its own.
+    changes = answer is not None and bool(answer.changes)
+    if changes or not (math.isfinite(first) and math.isfinite(second)):
         return text
     if max(first, second) < _EQUAL * min(first, second):
         return f"{text}; steady in time"

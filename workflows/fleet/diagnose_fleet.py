@@ -262,17 +262,21 @@ def diagnosed(
         Where processes end before they begin with a campaign.
     """
     errors: dict[str, str] = {}
+
+    def end(task: Task, error: str | None) -> None:
+        if error is not None:
+            errors[task.name] = error
+        reason = error or entry_of(task).get("error")
+        if reason:
+            stages.tell(f"{task.name}: {shortened(reason, _MOST_SHOWN)}")
+
     waiting = list(tasks)
     while waiting:
         ended: set[str] = set()
         with processes() as executor:
             for task, error in _results(executor, waiting, work):
                 ended.add(task.name)
-                if error is not None:
-                    errors[task.name] = error
-                reason = error or entry_of(task).get("error")
-                if reason:
-                    stages.tell(f"{task.name}: {shortened(reason, _MOST_SHOWN)}")
+                end(task, error)
                 n_done = len(tasks) - len(waiting) + len(ended)
                 stages.note(f"{n_done} of {len(tasks)}", n_done / len(tasks))
         waiting = [task for task in waiting if task.name not in ended]
@@ -287,10 +291,7 @@ def diagnosed(
             waiting.remove(task)
             with other_processes(1) as executor:
                 results = list(_results(executor, [task], work))
-            reason = results[0][1] if results else _ENDED
-            if reason is not None:
-                errors[task.name] = reason
-                stages.tell(f"{task.name}: {shortened(reason, _MOST_SHOWN)}")
+            end(task, results[0][1] if results else _ENDED)
     return errors
 
 
